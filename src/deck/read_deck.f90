@@ -79,6 +79,7 @@ module read_deck_mod
   use static_steps_mod, only: leave_out_steps
   use surface_list_mod, only: surface_list_t
   use controls_mod, only: compliance_auto, compliance_dense, output_controls_t, solver_auto
+  use grips_mod, only: is_turning
   use finite_strain_limits_mod, only: beyond_finite_strain
   use mesh_draft_mod, only: solids
   use cells_mod, only: has_middles
@@ -556,14 +557,15 @@ contains
   end subroutine refuse_warm_axes
 
   !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, its
-  !> compliance is formed, and displacements and reactions are found together. With inertia a kept
-  !> tangent is enough: an increment moves little.
+  !> compliance is formed, and couplings that turn freely are solved for with their contact: a kept
+  !> tangent takes tens of iterations as they turn, and shorter increments.
   subroutine prepare_finite_strain(reader, has_links, scene)
     type(reader_t), intent(inout) :: reader
     logical, intent(in) :: has_links !! of *MPC
     type(scene_t), intent(inout) :: scene
     character(:), allocatable :: beyond
     type(card_t) :: card
+    integer :: i
 
     if (any(scene%pairs%small_sliding)) call note(reader, 'NLGEOM: SMALL SLIDING is ignored, '// &
       'surfaces face what they have slid to; --nlgeom no runs the deck by small strain')
@@ -592,8 +594,9 @@ contains
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.
     if (scene%contact%compliance == compliance_auto) scene%contact%compliance = compliance_dense
-    if (.not. scene%precision%tangent_is_given) scene%precision%renews_tangent = &
-      scene%contact%solver == solver_auto .and. .not. any(scene%steps%is_dynamic)
+    if (scene%precision%tangent_is_given .or. .not. allocated(scene%rotations)) return
+    scene%precision%renews_tangent = scene%contact%solver == solver_auto .and. any( &
+      [(is_turning(scene, i), i=1, size(scene%rotations))])
   end subroutine prepare_finite_strain
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.

@@ -77,6 +77,13 @@ contains
     if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
     call count_unknowns(scene, plan, motions, error)
     if (allocated(error)) return
+    ! Contact alone holds them: what it does and how they bend are one question.
+    if (scene%finite_strain .and. scene%contact%solver == solver_auto .and. .not. ( &
+      choices%precision%tangent_is_given .or. any(scene%steps%is_dynamic))) then
+      associate (renews => plan%choices%precision%renews_tangent)
+        renews = renews .or. any(motions%body(:motions%n) > 0)
+      end associate
+    end if
     call list_figures(scene, plan)
     call describe(scene, motions, plan)
   end subroutine make_plan

@@ -445,8 +445,8 @@ contains
     character(:), allocatable :: words
 
     if (renews_tangent .and. controls%solver == solver_auto) then
-      words = 'Newton''s method for displacements and contact forces together (finite '// &
-        'strain); tolerance '//to_text(tolerance)
+      words = 'Newton''s method for displacements and contact forces together (finite strain, '// &
+        'TANGENT=NEWTON); tolerance '//to_text(tolerance)
       return
     end if
     select case (controls%solver)

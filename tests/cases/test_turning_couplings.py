@@ -224,10 +224,13 @@ class Answers(unittest.TestCase):
             np.testing.assert_array_equal(end[name], value)
 
     def test_what_the_deck_leaves_to_the_program(self):
-        """Displacements are solved for with their contact, unless the deck asks otherwise."""
-        cards = loads([0.0] * 3, [0.0, 0.0, 0.1])
-        for tangent, name in (("AUTO", "newton"), ("KEPT", "kept")):
-            with self.subTest(name=name):
+        """Couplings that turn freely with their contact, others by a kept tangent."""
+        turned = "900, 1, 5\n900, 6, 6, 1.\n"
+        for cards, tangent, name in (
+            (loads([0.0] * 3, [0.0, 0.0, 0.1]), "AUTO", "newton"), (turned, "AUTO", "kept"),
+            (loads([0.0] * 3, [0.0, 0.0, 0.1]), "KEPT", "kept"), (turned, "NEWTON", "newton"),
+        ):  # fmt: skip
+            with self.subTest(name=name, tangent=tangent):
                 self.assertEqual(solved(self, bar(cards, tangent)).run["tangent"], name)
 
     def test_pressed_on_a_plate(self):
