@@ -173,7 +173,7 @@ contains
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
             found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
               lift_alone(points, sides, middles, i, state%displacement))
-            found = found + lift_of_guess(sides, rows, here, found, .false.) + points%extra_gap(i)
+            found = found + lift_of_guess(rows, here, found, .false.) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
@@ -184,8 +184,7 @@ contains
   !> By how much the gap of a node is above the mean: where what covers it is not turned to its
   !> faces, (11.35). Across a step, or a concave edge, a mean is none of contact: there a point that
   !> presses counts as open by its width, another one has the least gap.
-  pure real(wp) function lift_of_guess(sides, rows, here, mean, presses) result(lift)
-    type(two_sides_t), intent(in) :: sides
+  pure real(wp) function lift_of_guess(rows, here, mean, presses) result(lift)
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
@@ -195,7 +194,6 @@ contains
     associate (above => rows%nearest(here) - mean)
       lift = (1.0_wp - rows%straight(here)/rows%area(here))/aslant
       lift = max(0.0_wp, min(1.0_wp, lift))*max(0.0_wp, above)
-      if (any(sides%a > 0.0_wp)) lift = max(0.0_wp, above)
       if (rows%is_torn(here)) lift = merge(sqrt(rows%area(here)), above, presses)
     end associate
   end function lift_of_guess
@@ -328,7 +326,7 @@ contains
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
         if (.not. sides%stays) arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         gap = dot_product(normal, arm)
-        gap = gap + lift_of_guess(sides, rows, here, gap, presses) + points%extra_gap(i)
+        gap = gap + lift_of_guess(rows, here, gap, presses) + points%extra_gap(i)
         if (sides%stays) gap = gap + dot_product(normal, motion)
         if (rows%is_torn(here)) call note_torn(i, presses, gap, torn_point)
         call find_change(found, here, contact%weights, i, weight, changed)

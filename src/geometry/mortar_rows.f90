@@ -139,10 +139,6 @@ contains
 
     lifted = gap
     if (.not. mortar%area(i) > 0.0_wp) return
-    if (mortar%has_middles) then
-      lifted = max(gap, mortar%nearest(i))
-      return
-    end if
     lifted = gap + max(0.0_wp, mortar%nearest(i) - gap)*max(0.0_wp, min(1.0_wp, (1.0_wp - &
       mortar%opposed_area(i)/mortar%area(i))/aslant))
   end function lifted_gap

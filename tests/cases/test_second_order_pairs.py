@@ -4,12 +4,10 @@ Boxes of tests/cases/boxes.py.
 """
 
 import itertools
-import math
 import unittest
 
 import numpy as np
 from boxes import DRY, MATERIAL, POISSON, PRESSURE, STEP, YOUNG, Box, BoxCase, on_corner
-from program import Run
 
 # Faces of C3D20 and C3D20R are the same.
 SECOND = ("C3D10", "C3D15", "C3D20R")
@@ -171,53 +169,6 @@ class SecondOrderPairs(BoxCase):
                 u = result.field("displacement")[: len(box.x)]
                 strain = np.array([POISSON, POISSON, -1.0]) * PRESSURE / YOUNG
                 np.testing.assert_allclose(u - u[0], (x0 - x0[0]) * strain, rtol=0, atol=1e-10)
-
-    def pin_in_hole(self, apart):
-        """Return the deck of a pin of 12 flat faces, whose corners are before middles of a hole's.
-
-        All is apart by `apart` or more, and the pin is moved by 0.0001.
-        """
-        n, ids, lines = 12, {}, {"PIN": "", "EYE": ""}
-        inner = (1 + apart) / math.cos(math.pi / n)
-        surfaces = {"PIN": "", "EYE": ""}
-        for body, shift, radii in (("PIN", 0, (0.4, 0.7, 1)), ("EYE", 0.5, (inner, 1.5, 2))):
-            for k, i in itertools.product(range(n), range(2)):
-                turns = [2 * math.pi * (k + shift + a) / n for a in (0, 1)]
-                corner = [(r * math.cos(t), r * math.sin(t))
-                          for r, t in zip([radii[i], *2 * [radii[i + 1]], radii[i]],
-                                          [turns[0], *turns, turns[1]], strict=True)]
-                middle = [((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
-                          for a, b in zip(corner, corner[1:] + corner[:1], strict=True)]
-                nodes = [ids.setdefault((body, round(x, 9), round(y, 9)), len(ids) + 1)
-                         for x, y in corner + middle]
-                e = 2 * k + i + (1 if body == "PIN" else 101)
-                lines[body] += f"{e}, {', '.join(map(str, nodes))}\n"
-                if i == (body == "PIN"):
-                    surfaces[body] += f"{e}, {'S2' if body == 'PIN' else 'S4'}\n"
-        held = {body: "".join(f"{m}\n" for (b, x, y), m in ids.items()
-                              if b == body and (math.hypot(x, y) < 0.41 or math.hypot(x, y) > 1.9))
-                for body in lines}
-        return (
-            "*NODE\n" + "".join(f"{m}, {x}, {y}\n" for (_, x, y), m in ids.items())
-            + "".join(f"*ELEMENT, TYPE=CPE8, ELSET={body}\n{lines[body]}*NSET, NSET=HELD-{body}\n"
-                      f"{held[body]}*SURFACE, NAME=ON-{body}\n{surfaces[body]}" for body in lines)
-            + "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=PIN, MATERIAL=M\n"
-            "*SOLID SECTION, ELSET=EYE, MATERIAL=M\n" + DRY
-            + "*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE\nON-PIN, ON-EYE\n"
-            "*STEP\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\nHELD-EYE, 1, 2\nHELD-PIN, 2, 2\n"
-            "HELD-PIN, 1, 1, 0.0001\n*END STEP\n"
-        )
-
-    def test_means_of_what_is_apart(self):
-        """The mean of such a gap, by functions of both signs, is below 0: none of an overlap."""
-        for apart, presses in ((0.002, False), (-0.002, True)):
-            with self.subTest(apart=apart):
-                run = Run(self.pin_in_hole(apart), name="pin")
-                self.assertEqual(run.status, 0, run.errors)
-                self.assertEqual("overlap before the first step" in run.output, presses)
-                with run.result() as result:
-                    forces = result.pairs["ON-PIN:ON-EYE"].normal_sum[-1]
-                self.assertEqual(forces > 0, presses)
 
 
 if __name__ == "__main__":

@@ -194,7 +194,5 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
     combination = of_rows - weights
     gap = np.einsum("pi,pi->p", normal, combination @ x)
     slanted = np.clip(20 * (1 - opposed / np.where(some, covered, 1.0)), 0, 1)
-    if any(alpha.get(int(r), 0.0) > 0 for r in rows):
-        slanted = 1.0  # means by functions of both signs
     gap += slanted * np.maximum(0, np.where(some, nearest, gap) - gap)
     return rows, combination, normal, covered, area, gap, least
