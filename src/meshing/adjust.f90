@@ -5,6 +5,7 @@
 !>
 !> Pair after pair in the order of the deck, each where the ones before it left the nodes.
 module adjust_mod
+  use anderson_mod, only: accelerate, anderson_t, new_anderson
   use cards_mod, only: keep_reading, note, reader_t, report
   use inverted_elements_mod, only: first_inverted
   use kinds_mod, only: i8, wp
@@ -228,11 +229,12 @@ contains
     type(adjust_t), intent(in) :: adjust
     integer, allocatable, intent(out) :: nodes(:)     !! that it chose
     integer, intent(inout) :: mover(:)                !! (n_nodes) the last pair that moved the node
-    integer, parameter :: most_rounds = 10
+    integer, parameter :: most_rounds = 100, depth = 5 !! of rounds that are combined
     type(mortar_t) :: mortar
+    type(anderson_t) :: memory
     logical :: in_set(model%mesh%n_nodes)
     logical, allocatable :: chosen(:)
-    real(wp), allocatable :: gap(:), before(:, :)
+    real(wp), allocatable :: gap(:), before(:, :), next(:)
     real(wp) :: farthest, move, way(3, model%mesh%n_nodes), alpha(model%mesh%n_nodes)
     integer :: ends(2, model%mesh%n_nodes), i, round, n
 
@@ -244,6 +246,8 @@ contains
       in_set = .false.
       if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
       allocate (before(3, size(slaves)), source=model%mesh%coordinates(:, slaves))
+      memory = new_anderson(size(before), depth)
+      allocate (next(size(before)))
       do round = 1, most_rounds
         call find_gaps(model, surfaces, obstacles, pairs(p), adjust%distance, adjust%set > 0, &
           mortar, gap)
@@ -262,7 +266,12 @@ contains
               way(:, ends(2, node)))
           end associate
         end do
-        model%mesh%coordinates(:, slaves) = model%mesh%coordinates(:, slaves) + way(:, slaves)
+        ! A row of faces that are covered in part stands for places of other nodes, too.
+        associate (x => model%mesh%coordinates(:, slaves))
+          call accelerate(memory, reshape(x, shape(next)), reshape(x + way(:, slaves), &
+            shape(next)), next)
+        end associate
+        model%mesh%coordinates(:, slaves) = reshape(next, shape(before))
         call place_hanging(model%mesh)
         if (maxval(abs(way(:, slaves))) <= rounding*maxval(abs(before))) exit
       end do
@@ -305,7 +314,6 @@ contains
         hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, s))
       if (pair%master > 0) then
         now = join_facets(slave, x, obstacles(pair%master), at_rest)
-        now%slave%is_dual = .true.
         behind = reach_of_facets(now) + pair%overlap
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all_facets(now)
@@ -319,7 +327,6 @@ contains
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
         slave%skin = model%mesh%skin
         slave%piece = model%mesh%piece
-        slave%is_dual = .true.
         call make_mortar(slave, master, x, reach, mortar, behind)
         call keep_on_ends(slave%faces, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if
