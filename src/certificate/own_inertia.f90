@@ -21,7 +21,7 @@ module own_inertia_mod
   implicit none
   private
 
-  public :: add_inertia, balance_in_time, balance_bodies, keep_strains
+  public :: expect_energies, add_inertia, balance_in_time, balance_bodies, keep_strains
 
   !> Rows of the energies of a body: of its strains; what contact and scheme have given it, and the
   !> least of that; work of loads, supports and damping; work of contact; the largest that was there
@@ -317,6 +317,16 @@ contains
       end do
     end associate
   end subroutine balance_bodies
+
+  !> Judge what bodies gain beside energies that they are to have, too.
+  pure subroutine expect_energies(energies, state)
+    real(wp), intent(in) :: energies(0:)       !! (0:n_bodies) [energy]
+    type(state_t), intent(inout) :: state
+
+    if (.not. allocated(state%by_body)) allocate (state%by_body(6, ubound(energies, 1)), &
+      source=0.0_wp)
+    state%by_body(largest_of_body, :) = max(state%by_body(largest_of_body, :), energies(1:))
+  end subroutine expect_energies
 
   !> The momentum that a state has kept, or that of its velocities.
   pure function momentum_of(scene, own, state) result(momentum)

@@ -12,6 +12,7 @@ module newmark_mod
   use expansion_mod, only: find_free_strain
   use mass_matrix_mod, only: times_mass, diagonal_of
   use inertia_mod, only: inertial_force, earlier_part
+  use own_inertia_mod, only: expect_energies
   use damping_mod, only: damping_force
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: nodal_forces
@@ -138,17 +139,20 @@ contains
     margin = 0.5_wp*duration_of(scene%steps(step), smallest_increment)
   end function margin_of
 
-  !> The kinetic energy that bodies have when the fastest of their supports takes them along, of the
-  !> whole *STEP: a motion that begins at rest has little beside which errors count.
-  pure real(wp) function energy_of_supports(scene, solver, step) result(energy)
+  !> The kinetic energies that bodies have when the fastest of their supports takes them along, of
+  !> the whole *STEP: a motion that begins at rest has little beside which errors count.
+  pure function energies_of_supports(scene, solver, step) result(energy)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     integer, intent(in) :: step
+    real(wp) :: energy(0:scene%mesh%n_bodies)
     integer, parameter :: n = 128 !! places of the *STEP that are looked at
     real(wp) :: rate(3, scene%mesh%n_nodes), speed(0:scene%mesh%n_pieces), time
-    integer :: i, node
+    integer :: body(0:scene%mesh%n_pieces), i, node
 
     speed = 0.0_wp
+    body = 0
+    body(scene%mesh%piece) = scene%mesh%body
     do i = 1, n
       time = real(i, wp)/n*scene%steps(step)%period
       rate = prescribed_rate(scene, solver%response%loads, 1, scene%steps(step)%period, time, &
@@ -161,9 +165,10 @@ contains
     end do
     energy = 0.0_wp
     do i = 1, scene%mesh%n_pieces
-      energy = energy + 0.5_wp*solver%body%inertia%mass%whole(1, 1, i)*speed(i)**2
+      energy(body(i)) = energy(body(i)) + 0.5_wp*solver%body%inertia%mass%whole(1, 1, i)* &
+        speed(i)**2
     end do
-  end function energy_of_supports
+  end function energies_of_supports
 
   !> The state where accelerations jump: what loads, and the contact forces that are there, make of
   !> the bodies. Nodes without mass are in balance.
@@ -175,7 +180,7 @@ contains
     type(state_t), intent(inout) :: state
     type(placement_t) :: began
     real(wp), dimension(3, scene%mesh%n_nodes) :: loads, first, last, of_supports, of_inertia
-    real(wp) :: free(scene%mesh%n_elements), kinetic
+    real(wp) :: free(scene%mesh%n_elements), kinetic, of_bodies(0:scene%mesh%n_bodies)
     integer :: inverted
     type(increment_t) :: beginning
     logical :: was_at_rest
@@ -222,8 +227,9 @@ contains
     state%kinetic_energy = kinetic
     ! What static increments leave of work is none of its errors.
     if (was_at_rest) state%least_gain = given(state)
-    state%largest_energy = max(state%largest_energy, kinetic + state%strain_energy, &
-      energy_of_supports(scene, solver, increment%step))
+    of_bodies = energies_of_supports(scene, solver, increment%step)
+    state%largest_energy = max(state%largest_energy, kinetic + state%strain_energy, sum(of_bodies))
+    call expect_energies(of_bodies, state)
   end subroutine begin_motion
 
   !> Supports that begin to move at once: the velocities that their impulse leaves.
