@@ -79,6 +79,9 @@ contains
       end associate
     end do
     call look_for_finite_strain(reader, contact%may_turn)
+    ! Slave nodes have no mass: faces that may turn towards an obstacle would take that of the skin.
+    contact%may_turn = contact%may_turn .and. .not. any(reader%cards(:reader%n_cards)%keyword == &
+      'DYNAMIC')
     call find_general_pairs(model, contact, shapes, surfaces, found)
     call add_pairs()
 
