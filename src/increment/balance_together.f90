@@ -18,6 +18,8 @@ module balance_together_mod
   use condensed_contact_mod, only: count_points
   use condense_contact_mod, only: condense_contact
   use placement_mod, only: placement_t
+  use follow_points_mod, only: rounding_of_places
+  use near_points_mod, only: near_points
   use iterate_mod, only: task_t, iterate_t
   use find_equilibrium_mod, only: find_equilibrium
   use closed_points_mod, only: stay_closed, keep_closed
@@ -83,6 +85,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(task_t) :: task
     type(iterate_t) :: found
+    real(wp) :: slack !! gap that counts as none [length]
     integer :: k
 
     task%forces = trial%forces
@@ -110,8 +113,11 @@ contains
     trial%forces = found%forces
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
+    slack = 10.0_wp*trial%controls%tolerance*maxval(abs(new%displacement)) + rounding_of_places( &
+      scene, new%displacement)
     call condense_contact(scene, solver%choices, points, solver%body, trial%placement, &
-      trial%placement, solver%contact, points%in_reach)
+      trial%placement, solver%contact, near_points(points, trial%placement, old, &
+      new%displacement, new%reaction, slack))
     do k = 1, size(solver%contact%group)
       associate (group => solver%contact%group(k))
         group%problem%stays = task%stays(group%active)

@@ -188,7 +188,7 @@ contains
       deallocate (progress%shadows)
       allocate (progress%shadows(n))
       do i = 1, n
-        progress%shadows(i)%state = progress%state
+        progress%shadows(i)%state = progress%followed
       end do
     end if
     if (n > 0) call archive_state(list, progress%followed)

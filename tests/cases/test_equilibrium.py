@@ -312,6 +312,16 @@ class FreeBodies(TogetherCase):
                 self.assertIn("nothing balances the loads along body 1", runs[0].errors)
                 self.assertEqual(*(run.errors for run in runs))
 
+    def test_which_bodies_are_solved_so(self):
+        """Where the deck does not say, free ones are, held ones are not."""
+        free = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n5000., 0.3").replace(
+            "*BODY SOLVER, TANGENT=NEWTON\n", "")
+        runs = Run(free, name="free"), Run(INPUT / "rubber.inp", n=2, steps=2, press=1, push=1)
+        for run, tangent in zip(runs, ("newton", "kept"), strict=True):
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                self.assertEqual(result.run["tangent"], tangent)
+
     def test_a_block_slides_off_another(self):
         """A smooth block stands off the middle of a soft one, which tilts below it: it is named."""
         run = Run(SMOOTH_BLOCKS, name="deck")

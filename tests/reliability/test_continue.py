@@ -281,6 +281,12 @@ class EveryDeck(Folder):
         self.assertLess(changes[1], 0.5 * changes[0])
         self.check(fast, kills=[k / 24 for k in range(10, 24)])
 
+    def test_the_tangent_of_every_iteration(self):
+        deck = self.folder / "newton.inp"
+        deck.write_text((INPUT / "rubber.inp").read_text().replace(
+            "*CONTACT SOLVER", "*BODY SOLVER, TANGENT=NEWTON\n*CONTACT SOLVER"))
+        self.check(Case(deck, n=2, steps=4, press=1))
+
     def test_modes_at_finite_strain(self):
         """They are sought from where they were: a part of the state."""
         self.check(Case(INPUT / "rubber.inp", n=2, steps=4, element="C3D8I"))
