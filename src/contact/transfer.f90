@@ -25,9 +25,8 @@ module transfer_mod
   use rigid_modes_mod, only: free_motions_t, motion_at
   use sparse_rows_mod, only: rows_t
   use local_frame_mod, only: straight
-  use pair_faces_mod, only: master_faces, slave_faces
+  use pair_faces_mod, only: master_nodes, slave_nodes
   use placement_mod, only: placement_t, place_undeformed
-  use surfaces_mod, only: all_nodes_of
   implicit none
   private
 
@@ -135,8 +134,8 @@ contains
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%master > 0) cycle
         on_slave = .false.
-        on_slave(nodes_of_side(slave_faces(scene, points, pair))) = .true.
-        associate (masters => nodes_of_side(master_faces(scene, points, pair)))
+        on_slave(slave_nodes(scene, points, pair)) = .true.
+        associate (masters => master_nodes(scene, points, pair))
           is_bound(masters) = is_bound(masters) .or. on_slave(masters)
         end associate
       end do
@@ -144,17 +143,6 @@ contains
     allocate (points%freedom%normal(3, points%n), source=0.0_wp)
     call place_undeformed(scene, points, undeformed)
     points%freedom%normal = undeformed%frame(:, 1, :)
-
-  contains
-
-    pure function nodes_of_side(faces) result(nodes)
-      integer, intent(in) :: faces(:, :)
-      integer, allocatable :: nodes(:)
-
-      nodes = pack(all_nodes_of(faces, scene%mesh%connectivity), .true.)
-      nodes = pack(nodes, nodes > 0)
-    end function nodes_of_side
-
   end subroutine note_freedom
 
   !> Nodes in the middles of edges that supports hold along the normal: they are points by

@@ -387,7 +387,7 @@ contains
       end do
       do k = 1, n
         det = a(k, 1)*b(k, 2) - a(k, 2)*b(k, 1)
-        det = merge(1.0_wp/merge(det, 1.0_wp, abs(det) > 0.0_wp), 0.0_wp, abs(det) > 0.0_wp)
+        det = merge(1.0_wp/merge(det, 1.0_wp, abs(det) > tiny(det)), 0.0_wp, abs(det) > tiny(det))
         step(k, 1) = ((x(k, 1) - place(k, 1))*b(k, 2) - (x(k, 2) - place(k, 2))*b(k, 1))*det
         step(k, 2) = (a(k, 1)*(x(k, 2) - place(k, 2)) - a(k, 2)*(x(k, 1) - place(k, 1)))*det
       end do

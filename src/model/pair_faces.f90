@@ -1,13 +1,15 @@
 !> The faces of the two sides of a pair: of two surfaces, or what of one that touches itself is
 !> slave and what is master now.
 module pair_faces_mod
+  use cells_mod, only: face_nodes
+  use sorting_mod, only: sort_unique
   use contact_points_mod, only: contact_points_t
   use scene_mod, only: scene_t
   use surfaces_mod, only: all_nodes_of
   implicit none
   private
 
-  public :: touches_itself, slave_faces, master_faces, is_of_slave
+  public :: touches_itself, slave_faces, master_faces, slave_nodes, master_nodes, is_of_slave
 
   integer, parameter :: slave = 1, master = 2 !! as of own_sides_t
 
@@ -57,29 +59,50 @@ contains
     end associate
   end function master_faces
 
+  !> The nodes of the slave side of a pair of bodies, each once.
+  pure function slave_nodes(scene, points, pair) result(nodes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    integer, allocatable :: nodes(:)
+
+    nodes = scene%surfaces(scene%pairs(pair)%surface)%nodes
+    if (touches_itself(points, pair)) nodes = nodes_of_faces(scene, slave_faces(scene, points, &
+      pair))
+  end function slave_nodes
+
+  !> The same of its master side.
+  pure function master_nodes(scene, points, pair) result(nodes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    integer, allocatable :: nodes(:)
+
+    nodes = scene%surfaces(scene%pairs(pair)%master_surface)%nodes
+    if (touches_itself(points, pair)) nodes = nodes_of_faces(scene, master_faces(scene, points, &
+      pair))
+  end function master_nodes
+
+  pure function nodes_of_faces(scene, faces) result(nodes)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: faces(:, :)   !! (2,n) element, face
+    integer, allocatable :: nodes(:)
+
+    nodes = reshape(all_nodes_of(faces, scene%mesh%connectivity), [face_nodes*size(faces, 2)])
+    nodes = pack(nodes, nodes > 0)
+    call sort_unique(nodes)
+  end function nodes_of_faces
+
   !> Which nodes are of the slave side of a pair, and not of its master.
   pure function is_of_slave(scene, points, pair) result(is_of)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     logical :: is_of(scene%mesh%n_nodes)
-    logical :: has(0:scene%mesh%n_nodes)
-    integer, allocatable :: nodes(:, :)
 
     is_of = .false.
-    associate (of => scene%pairs(pair))
-      if (touches_itself(points, pair)) then
-        has = .false.
-        nodes = all_nodes_of(slave_faces(scene, points, pair), scene%mesh%connectivity)
-        has([nodes]) = .true.
-        nodes = all_nodes_of(master_faces(scene, points, pair), scene%mesh%connectivity)
-        has([nodes]) = .false.
-        is_of = has(1:)
-        return
-      end if
-      is_of(scene%surfaces(of%surface)%nodes) = .true.
-      if (of%master == 0) is_of(scene%surfaces(of%master_surface)%nodes) = .false.
-    end associate
+    is_of(slave_nodes(scene, points, pair)) = .true.
+    if (scene%pairs(pair)%master == 0) is_of(master_nodes(scene, points, pair)) = .false.
   end function is_of_slave
 
 end module pair_faces_mod
