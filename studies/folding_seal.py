@@ -106,8 +106,8 @@ def main():
         touches = WAY * time[np.flatnonzero(forces["seal on itself"] > 0)[0]]
     words = claim(
         certified.all() and 0 < forces["seal on itself"][-1] < forces["seal on door"][-1],
-        f"All {len(time)} increments are certified. At a way of {touches:.1f} mm the seal touches "
-        "itself; the rest of the force on the door goes through its folds.",
+        f"All {len(time)} increments are certified. The seal first touches itself in the increment "
+        f"that ends at a way of {touches:.1f} mm.",
     )
     put_page(f"""# A seal that folds
 
