@@ -6,9 +6,10 @@ module bodies_inside_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed
   use increment_report_mod, only: contact_fields_t
   use box_tree_mod, only: list_pairs
-  use hulls_mod, only: hulls_t, make_hulls, n_triangles, triangle, times_inside, depth_below, &
-    find_piercing
+  use hulls_mod, only: hulls_t, make_hulls, n_triangles, normal_of, triangle, times_inside, &
+    depth_below, find_piercing
   use outer_edges_mod, only: edges_t, edges_of, way_inwards, rises, within
+  use lists_mod, only: columns_with, lists_t
   use scene_mod, only: scene_t
   use small_matrix_mod, only: cross
   use surfaces_mod, only: all_nodes_of
@@ -39,6 +40,7 @@ module bodies_inside_mod
     real(wp), allocatable :: rise(:)     !! (n_faces) of `rises` [length]
     integer,  allocatable :: skipped(:, :) !! (2,n) pieces that may be in each other
     logical :: is_first_enough = .false. !! any place will do
+    logical :: folds = .false.           !! bodies may touch themselves
     logical :: skips_found = .false.     !! pieces found in each other are skipped, and no place is
     type(inside_t) :: of_no_pair         !! the first place that is found so where no pair has faces
     real(wp) :: allowed = 0.0_wp         !! depth that is none [length]
@@ -76,6 +78,7 @@ contains
     call make_hulls(scene%mesh, scene%mesh%coordinates + u, now%hulls)
     now%ends_step = ends_step
     now%allowed = least + within*now%hulls%extent
+    now%folds = allocated(scene%may_overlap) .or. allocated(points%own_sides)
     allocate (now%entered(size(scene%pairs)), source=0.0_wp)
     allocate (now%presses(0:scene%mesh%n_nodes), source=.false.)
     allocate (now%extra_gap(0:scene%mesh%n_nodes), source=0.0_wp)
@@ -173,6 +176,8 @@ contains
         if (look%is_first_enough .and. deepest%node > 0) return
       end do
     end if
+    if (look%folds) call find_enclosed(scene, edges, look, deepest)
+    if (look%is_first_enough .and. deepest%node > 0) return
     if (scene%mesh%n_pieces < 2) return
     is_outer = .false.
     do f = 1, size(look%hulls%piece)
@@ -183,6 +188,64 @@ contains
       if (look%is_first_enough .and. deepest%node > 0) return
     end do
   end subroutine find_deepest
+
+  !> Edges may be inside their own body a second time and pierce nothing, where all around them is
+  !> so, or what they pierce is beside nodes that press.
+  pure subroutine find_enclosed(scene, edges, look, deepest)
+    type(scene_t), intent(in) :: scene
+    type(edges_t), intent(inout) :: edges  !! made where they are not yet
+    type(look_t), intent(inout) :: look
+    type(inside_t), intent(inout) :: deepest
+    logical :: is_crease(0:scene%mesh%n_nodes)
+    integer :: times(scene%mesh%n_pieces), pair, e, f
+    integer, allocatable :: own(:)
+    real(wp) :: place(3), depth, allowed
+
+    if (.not. allocated(edges%node)) edges = edges_of(look%hulls%face, scene%mesh%n_nodes)
+    is_crease = creases(look%hulls, scene%mesh%n_nodes)
+    do e = 1, size(edges%node, 2)
+      own = own_nodes(look%hulls, edges%face(:, e))
+      if (any(is_crease(own))) cycle
+      associate (node => edges%node(:, e), faces => edges%face(:, e))
+        associate (piece => scene%mesh%piece(node(1)))
+          if (.not. is_looked_at(look, piece, piece)) cycle
+          place = 0.5_wp*sum(look%hulls%x(:, node), 2) + way_inwards(look%hulls, node, faces)
+          call times_inside(look%hulls, place, times)
+          if (times(piece) < 2) cycle
+          pair = pair_of(scene, node, reshape([node, 0, 0], [4, 1]))
+          allowed = allowed_at(scene, look, pair, faces)
+          if (pair > 0) call add_rise(edges, [(f, f=1, size(look%hulls%piece))], look, allowed)
+          depth = depth_below(look%hulls, piece, place, own, max(allowed, deepest%depth))
+          if (depth > 0.0_wp) call note_place(look, piece, inside_t(node(1), node(2), piece, pair, &
+            depth), deepest)
+        end associate
+      end associate
+      if (look%is_first_enough .and. deepest%node > 0) return
+    end do
+  end subroutine find_enclosed
+
+  !> The nodes of which two faces look against each other: what shares one may be in each other.
+  pure function creases(hulls, n_nodes) result(is)
+    type(hulls_t), intent(in) :: hulls
+    integer, intent(in) :: n_nodes
+    logical :: is(0:n_nodes)
+    real(wp) :: normal(3, size(hulls%piece))
+    type(lists_t) :: about
+    integer :: f, i, k
+
+    is = .false.
+    do f = 1, size(hulls%piece)
+      normal(:, f) = normal_of(hulls, f)
+    end do
+    about = columns_with(hulls%face, n_nodes)
+    do i = 1, n_nodes
+      associate (faces => about%item(about%first(i):about%first(i + 1) - 1))
+        do k = 2, size(faces)
+          is(i) = is(i) .or. any(matmul(normal(:, faces(k)), normal(:, faces(:k - 1))) < 0.0_wp)
+        end do
+      end associate
+    end do
+  end function creases
 
   !> Faces of which an edge may be inside: it ends deeper below the plane of another face that it
   !> reaches than it may.

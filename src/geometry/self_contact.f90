@@ -12,7 +12,7 @@ module self_contact_mod
   implicit none
   private
 
-  public :: divide_surface
+  public :: divide_surface, look_along_normals
 
   real(wp), parameter :: flat = 0.5_wp !! cosine between faces that continue each other, at least
 

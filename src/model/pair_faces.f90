@@ -9,7 +9,8 @@ module pair_faces_mod
   implicit none
   private
 
-  public :: touches_itself, slave_faces, master_faces, slave_nodes, master_nodes, is_of_slave
+  public :: touches_itself, can_touch, slave_faces, master_faces, slave_nodes, master_nodes, &
+    is_of_slave
 
   integer, parameter :: slave = 1, master = 2 !! as of own_sides_t
 
@@ -23,6 +24,14 @@ contains
     touches_itself = .false.
     if (allocated(points%own_sides)) touches_itself = allocated(points%own_sides(pair)%of_face)
   end function touches_itself
+
+  !> Whether two faces of a surface that touches itself are of its two sides.
+  pure logical function can_touch(points, pair, one, other)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, one, other !! of the surface
+
+    can_touch = sum(points%own_sides(pair)%of_face([one, other])) == slave + master
+  end function can_touch
 
   !> The slave faces of a pair.
   pure function slave_faces(scene, points, pair) result(faces)

@@ -32,6 +32,7 @@ module judge_increment_mod
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
   use bodies_inside_mod, only: find_inside, inside_t
+  use passed_walls_mod, only: passed_wall
   use unfelt_overlaps_mod, only: find_unfelt_overlap, fits_of_pairs, turns_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use sequence_error_mod, only: says_of_steps
@@ -44,7 +45,7 @@ module judge_increment_mod
   use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
     measure_stress, bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_inside, refuse_inverted, refuse_deep_overlap, refuse_folded, &
+    refuse_inside, refuse_folded_through, refuse_inverted, refuse_deep_overlap, refuse_folded, &
     refuse_lost_energy, refuse_gained_energy, refuse_lost_law, refuse_unstable, refuse_jump, &
     unstable_in_words, nearest_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
@@ -131,7 +132,8 @@ contains
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
-      call judge_overlap(scene, plan, solver%choices%tolerance, solved, notes, error)
+      call judge_overlap(scene, plan, solver%choices%tolerance, progress%state, solved, notes, &
+        error)
       if (allocated(error)) return
       if (is_dynamic) call refuse_gained_energy(scene%mesh, increment, report, error)
       if (allocated(error)) return
@@ -247,10 +249,11 @@ contains
 
   !> Surfaces that overlap, or bodies inside each other, where nothing presses: a contact that is
   !> missed, or something to say.
-  subroutine judge_overlap(scene, plan, tolerance, solved, notes, error)
+  subroutine judge_overlap(scene, plan, tolerance, old, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     real(wp), intent(in) :: tolerance !! of contact [-]
+    type(state_t), intent(in) :: old  !! where the increment began
     type(solved_t), intent(in) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
@@ -259,7 +262,8 @@ contains
     real(wp), allocatable :: places(:, :) !! (3,n_nodes) of faces [length]
     real(wp) :: allowed(size(scene%pairs)) !! [length]
     real(wp) :: least                      !! [length]
-    logical :: is_missed
+    logical :: is_missed, touches_itself
+    integer :: passed !! node
 
     associate (u => solved%state%displacement, increment => solved%increment)
       least = least_overlap(scene, tolerance, u)
@@ -280,16 +284,27 @@ contains
         end if
         call note_unfelt(scene, increment, unfelt, notes)
       end if
-      ! Where everything may touch none is on its way: what is inside has passed a surface.
-      if (.not. (allocated(scene%may_overlap) .or. increment%last_of_step)) return
+      ! Within a *STEP none is on its way where everything may touch, or a body itself: what is
+      ! inside has passed a surface.
+      touches_itself = allocated(scene%may_overlap) .or. allocated(plan%points%own_sides)
+      if (touches_itself) then
+        passed = passed_wall(scene%mesh, old%displacement, u)
+        if (passed > 0) then
+          call refuse_folded_through(scene, increment, passed, error)
+          return
+        end if
+      else if (.not. increment%last_of_step) then
+        return
+      end if
       call find_inside(scene, plan%points, solved%report%contact, u, least, &
         increment%last_of_step, inside, in_mesh)
       if (increment%step == 1 .and. increment%last_of_step .and. in_mesh%node > 0) call &
         note_inside(scene, increment, in_mesh, notes, ', in the mesh of the deck already')
       if (inside%node == 0) return
-      if (allocated(scene%may_overlap) .or. inside%pair > 0) then
+      if (allocated(scene%may_overlap) .or. inside%pair > 0 .or. (touches_itself .and. &
+        scene%mesh%piece(inside%node) == inside%piece)) then
         call refuse_inside(scene, increment, inside, error)
-      else
+      else if (increment%last_of_step) then
         call note_inside(scene, increment, inside, notes)
       end if
     end associate

@@ -39,7 +39,7 @@ module refuse_unsolved_mod
     refuse_gained_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
     nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
-    next_tolerance, refuse_inside, inside_in_words
+    next_tolerance, refuse_inside, refuse_folded_through, inside_in_words
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
   ! 7e6 and 7e9 [-]
@@ -500,8 +500,22 @@ contains
     advice = 'give their surfaces a *CONTACT PAIR of their own, or name them by *CONTACT '// &
       'EXCLUSIONS if they may overlap'
     if (inside%pair > 0) advice = 'use smaller elements'
+    if (scene%mesh%piece(inside%node) == inside%piece) advice = 'use smaller increments, or '// &
+      'smaller elements'
     call raise_at(increment, error, inside_in_words(scene, inside)//': contact is missed; '//advice)
   end subroutine refuse_inside
+
+  !> So does a body that has gone through itself.
+  subroutine refuse_folded_through(scene, increment, node, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: node !! that has
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise_at(increment, error, 'node '//to_text(scene%mesh%node_id(node))//' of '// &
+      piece_name(scene, scene%mesh%piece(node))//' goes through a wall of its own body within '// &
+      'the increment: contact is missed; use smaller increments')
+  end subroutine refuse_folded_through
 
   !> "node 17 of UP is 0.2 inside LOW, where no contact pair keeps it out"; "the edge of nodes 3 and
   !> 4 of UP is 0.1 inside LOW, and no node of S:M feels it".
@@ -522,7 +536,7 @@ contains
     end if
     if (inside%pair > 0) then
       words = words//', and no node of '//scene%pairs(inside%pair)%name//' feels it'
-    else
+    else if (scene%mesh%piece(inside%node) /= inside%piece) then
       words = words//', where no contact pair keeps it out'
     end if
   end function inside_in_words

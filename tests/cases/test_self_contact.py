@@ -220,6 +220,26 @@ class Self(unittest.TestCase):
                                                                  named.pairs["OUTT:PLATE"]))
             self.assertAlmostEqual(one, other, delta=1e-6 * other)
 
+    def test_what_folds_through_itself_is_not_certified(self):
+        """Sides are those of an increment's beginning: what meets later takes smaller increments.
+
+        At small strain half a ring by general contact has the force of its halves by hand.
+        """
+        for whole in (False, True):
+            deck = ring(pair(BEFORE_PLATES) + pair("IN"), "*STEP, NLGEOM", whole)
+            run = Run(deck.replace("*STATIC\n0.1, 1.", "*STATIC, DIRECT\n1., 1."), name="deck")
+            self.assertEqual(run.status, 2, run.output)
+            self.assertRegex(run.errors, r"^step 1, increment 1: IN gets 0\.[12]\d* deep .*contact "
+                                         r"is missed; use smaller increments")
+        at_once = "*STATIC\n1., 1."
+        force = []
+        for contact in (pair(BEFORE_PLATES) + GENERAL, pair(BEFORE_PLATES + "\nINT, INB")):
+            deck = ring(contact, whole=False).replace("*STATIC\n0.1, 1.", at_once)
+            run = Run(deck, name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            force.append([p.normal_sum[-1] for p in run.result().pairs.values()][-1])
+        self.assertAlmostEqual(force[0] / force[1], 1, delta=1e-7)
+
     def test_one_name_is_the_surface_with_itself(self):
         itself, _ = self.solve(clip(pair("SKIN")))
         self.assertEqual(list(itself.pairs), ["SKIN:SKIN"])

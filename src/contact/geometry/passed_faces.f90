@@ -5,6 +5,10 @@ module passed_faces_mod
   use cells_mod, only: face_corners
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, is_before_faces
+  use connectivity_mod, only: corners_in
+  use face_overlap_mod, only: outward_normal
+  use pair_faces_mod, only: can_touch, touches_itself
+  use self_contact_mod, only: look_along_normals
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_pair_removed
@@ -41,6 +45,7 @@ contains
                  last => points%first(pair + 1) - 1)
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
         if (is_pair_removed(points, pair)) cycle
+        if (touches_itself(points, pair)) call look_at_itself(pair)
         if (any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
         call look_along_way(pair, any(abs(old%reaction(:, first:last)) > 0.0_wp))
       end associate
@@ -83,6 +88,47 @@ contains
       call take_passed(face_entry_t(deepest, pair, face_of(worst)), .not. presses_before, entries)
     end subroutine look_along_way
 
+    !> Faces of one side, or of none, that see each other on their way, meet before they are looked
+    !> at again, and end behind each other: contact has no rows for them, as they did not see each
+    !> other where the increment began.
+    subroutine look_at_itself(pair)
+      integer, intent(in) :: pair
+      real(wp), dimension(3, scene%mesh%n_nodes) :: from, way, x !! [length]
+      real(wp), allocatable, dimension(:, :) :: normal, at_end, middle, moved !! (3,n_faces)
+      real(wp), allocatable :: distance(:), thickness(:)
+      integer, allocatable :: corner(:, :), seen(:, :), back(:)
+      type(face_entry_t) :: worst
+      real(wp) :: step, depth
+      integer :: k, n, i
+
+      from = scene%mesh%coordinates + old%displacement
+      way = new%displacement - old%displacement
+      associate (nodes => scene%surfaces(scene%pairs(pair)%surface)%nodes)
+        step = step_of(scene, pair, from(:, nodes), from(:, nodes))
+        n = min(most_samples, floor(norm2(maxval(way(:, nodes), 2) - minval(way(:, nodes), &
+          2))/step))
+      end associate
+      corner = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
+      allocate (back(size(corner, 2)), thickness(size(corner, 2)))
+      if (n > 0) call find_planes(corner, from + way, at_end, middle)
+      do k = 0, n - 1
+        x = from + real(k, wp)/real(n, wp)*way
+        call find_planes(corner, x, normal, moved)
+        moved = (middle - moved)/real(n - k, wp)
+        call look_along_normals(x, corner, normal, seen, distance, back, thickness)
+        do i = 1, size(distance)
+          associate (one => seen(1, i), other => seen(2, i))
+            if (can_touch(points, pair, one, other)) cycle
+            if (dot_product(normal(:, one), moved(:, one) - moved(:, other)) < distance(i)) cycle
+            depth = dot_product(at_end(:, other), middle(:, other) - middle(:, one))
+            if (depth > max(allowed, worst%depth)) worst = face_entry_t(depth, pair, &
+              corner(:, one))
+          end associate
+        end do
+      end do
+      if (worst%depth > 0.0_wp) call take_passed(worst, .true., entries)
+    end subroutine look_at_itself
+
     !> How deep the pair overlaps at one place of its way, where that is deeper than so far.
     subroutine look(u, rotation, deepest, worst)
       real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
@@ -116,6 +162,22 @@ contains
     end function face_of
 
   end subroutine find_passed_faces
+
+  !> The normals and the middles of faces.
+  pure subroutine find_planes(corner, x, normal, middle)
+    integer, intent(in) :: corner(:, :) !! (4,n) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
+    real(wp), allocatable, intent(out) :: normal(:, :), middle(:, :) !! (3,n) [-], [length]
+    integer :: f
+
+    allocate (normal(3, size(corner, 2)), middle(3, size(corner, 2)))
+    do f = 1, size(corner, 2)
+      associate (its => corner(:corners_in(corner(:, f)), f))
+        normal(:, f) = outward_normal(x(:, its))
+        middle(:, f) = sum(x(:, its), 2)/size(its)
+      end associate
+    end do
+  end subroutine find_planes
 
   !> Where the nodes of a pair's slave are, and those or the corners of its master.
   pure subroutine get_places(scene, points, pair, u, rotation, slave, master)
