@@ -95,9 +95,12 @@ module shared_faces_mod
   !> What a slave face shares with a master face.
   type :: part_t
     integer :: master = 0
+    real(wp) :: counts = 1.0_wp
+    !! share of its integrals: all where the faces are turned to each other within 45 degrees [-]
     real(wp) :: nearest = 0.0_wp   !! least gap at its corners [length]
     real(wp) :: straight = 0.0_wp
-    !! how much of it counts as turned to the slave: all up to 30 degrees, nothing from 45 on [-]
+    !! how much of it counts as turned to the slave: all up to 30 degrees, nothing at 45, what leans
+    !! by more as it rises, below 0 [-]
     integer :: piece = 0           !! of the slave face
     integer :: seen = 0            !! piece of the master
     real(wp) :: plane(3) = 0.0_wp  !! height above the plane of the slave, and slopes [length, -]
@@ -435,8 +438,8 @@ contains
     type(veil_t), allocatable :: veils(:), between(:)
     integer, allocatable :: met(:)
     logical, allocatable :: may_see(:)
-    real(wp), parameter :: cos_45 = 0.707_wp !! of an angle of `straight`
-    real(wp) :: nearest
+    real(wp), parameter :: cos_45 = 0.707_wp !! of the angles of `straight` and `counts`
+    real(wp) :: nearest, facing
     integer :: i, k, f, a
 
     x = sides%x(:, mine)
@@ -501,7 +504,7 @@ contains
                      size(row))), master_face => matmul(transpose(axes), sides%y(:, master) - &
                      spread(middle, 2, size(master))))
             shared = integrate_shared(flat, place(:, :k), slave_face, master_face, between, plane, &
-              touching*sqrt(area))
+              touching*sqrt(area), sides%before)
             if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, slave_face, &
               master_face, sides%x(:, row), sides%y(:, master), axes)
           end associate
@@ -510,7 +513,7 @@ contains
           end do
         else
           shared = integrate_shared(flat, place(:, :k), flat, place(:, :k), between, plane, &
-            touching*sqrt(area))
+            touching*sqrt(area), sides%before)
           if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, flat, place(:, :k), &
             sides%x(:, row), sides%y(:, sides%piece(:k, f)), sides%normal(:, f:f))
           do a = 1, 4
@@ -521,8 +524,12 @@ contains
       if (.not. shared%area > 1.0e-12_wp*area) cycle
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
-      parts(n) = part_t(sides%of(f), nearest, min(1.0_wp, max(0.0_wp, (-dot_product( &
-        sides%normal(:, f), axes(:, 3)) - cos_45)/(cos_30 - cos_45))), piece, f, plane, shared)
+      facing = -dot_product(sides%normal(:, f), axes(:, 3))
+      parts(n) = part_t(sides%of(f), min(1.0_wp, max(0.0_wp, (facing + against)/(cos_45 + &
+        against))), nearest, min(1.0_wp, (facing - cos_45)/(cos_30 - cos_45)), piece, f, plane, &
+        shared)
+      if (facing < cos_45) parts(n)%straight = min(0.0_wp, 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - &
+        facing**2))/facing)
     end do
   end subroutine find_parts
 
@@ -690,8 +697,13 @@ contains
     mass = 0.0_wp
     lumped = 0.0_wp
     do i = 1, n_parts
-      mass = mass + parts(i)%shared%mass(:n, :n)
-      lumped = lumped + parts(i)%shared%lumped(:n)
+      associate (counts => parts(i)%counts, shared => parts(i)%shared)
+        shared%lumped = counts*shared%lumped
+        shared%mixed = counts*shared%mixed
+        shared%facing = counts*shared%facing
+        mass = mass + counts*shared%mass(:n, :n)
+        lumped = lumped + shared%lumped(:n)
+      end associate
     end do
     if (sum(lumped) < 1.0e-9_wp*area) return
     if (n > 4) then
@@ -701,7 +713,8 @@ contains
     bare = 1.0_wp - sum(lumped)/(sides%breadth*sum(whole))
     ! Functions of faces of eight nodes are below 0 over half of the face.
     if (n > 4 .and. corners_of(row) == 4) then
-      parts(:n_parts)%straight = parts(:n_parts)%straight*min(1.0_wp, 1.0_wp - bare)
+      parts(:n_parts)%straight = min(parts(:n_parts)%straight, (1.0_wp - bare)* &
+        parts(:n_parts)%straight)
       bare = 0.0_wp
     end if
     aslant = 1.0_wp

@@ -7,9 +7,10 @@ module covering_parts_mod
   use surfaces_mod, only: cut_at_middles
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: overlap_t, plane_t, polygon_t, plane_of_face, in_plane, &
-    seen_from, outward_normal, find_common, find_overlap, area_of, opposite_weights
+    seen_from, outward_normal, find_common, find_overlap, area_of, opposite_weights, weigh, &
+    keep_positive, smallest
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
-  use surface_reach_mod, only: largest_face, against
+  use surface_reach_mod, only: largest_face, against, share_of_sight
   use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
     touching
   use mortar_rows_mod, only: opposite_t, slave_t
@@ -27,6 +28,8 @@ module covering_parts_mod
     integer :: corner(face_corners) = 0 !! of that part, 0 behind them
     integer :: slave_corner(face_corners) = 0 !! of the part of the slave face, 0 behind them
     type(plane_t) :: plane        !! of the part of the slave face
+    real(wp) :: reach = huge(1.0_wp) !! how far before it the part may be [length]
+    real(wp) :: cosine = -1.0_wp  !! of the normals of both parts [-]
     type(polygon_t), allocatable :: seen(:) !! in it
     logical :: is_cut = .false.   !! whether other faces hide some of it
     type(overlap_t) :: overlap
@@ -68,7 +71,8 @@ contains
     type(cover_t), allocatable :: covers(:)
     type(polygon_t), allocatable :: common(:)
     real(wp) :: low(3), high(3), corner(3, face_corners), place(3, face_corners), range(2)
-    real(wp) :: cosine, rounding
+    real(wp) :: rounding
+    real(wp), allocatable :: cosine(:)
     integer :: i, j, k, n
 
     ! What the face may see lies in the prism over it.
@@ -79,19 +83,20 @@ contains
       high = maxval(face%x(:, :face%n), 2) + along
     end associate
     call faces_near(master%grid, low, high, near)
-    allocate (common(size(near)))
+    allocate (common(size(near)), cosine(size(near)))
     n = 0
     range = 0.0_wp
     do i = 1, size(near)
       k = corners_in(master%part(:, near(i)))
       corner(:, :k) = x(:, master%part(:k, near(i)))
-      cosine = dot_product(outward_normal(corner(:, :k)), plane%axis(:, 3))
-      if (cosine > against) cycle
+      cosine(n + 1) = dot_product(outward_normal(corner(:, :k)), plane%axis(:, 3))
+      if (cosine(n + 1) > against) cycle
       do j = 1, k
         place(:, j) = seen_from(plane, corner(:, j))
       end do
       associate (height => place(3, :k), flat => place(:2, :k))
-        if (minval(height) > screen%reach(1) .or. maxval(height)*cosine > screen%reach(2)) cycle
+        if (minval(height) > screen%reach(1) .or. maxval(height)*cosine(n + 1) > &
+          screen%reach(2)) cycle
         associate (mine => face%part(:corners_in(face%part)), other => master%part(:k, near(i)))
           if (maxval(height) < -rounding .and. screen%piece(mine(1)) > 0 .and. &
             screen%piece(mine(1)) == screen%piece(other(1))) then
@@ -99,6 +104,8 @@ contains
           end if
         end associate
         common(n + 1) = find_common(plane, flat)
+        if (maxval(height) > screen%reach(1)) call keep_in_reach(plane, corner(:, :k), &
+          screen%reach(1), common(n + 1))
         if (common(n + 1)%n == 0) cycle
         n = n + 1
         near(n) = near(i)
@@ -118,6 +125,8 @@ contains
           part%node(:size(of)) = of
         end associate
         part%plane = plane
+        part%reach = screen%reach(1)
+        part%cosine = cosine(i)
         part%seen = common(i:i)
         if (allocated(covers)) then
           call leave_seen(covers, plane, x(:, part%corner(:corners_in(part%corner))), &
@@ -205,6 +214,21 @@ contains
     if (.not. all(is_kept)) part%seen = pack(part%seen, is_kept)
   end subroutine leave_ways_out
 
+  !> Keep what of a polygon lies within reach before a part of a slave face: a wall that stands up
+  !> from it does so whatever it is divided into.
+  pure subroutine keep_in_reach(plane, corner, reach, polygon)
+    type(plane_t), intent(in) :: plane     !! of the part of the slave face
+    real(wp), intent(in) :: corner(:, :)   !! (3,3) or (3,4) of the part of the master [length]
+    real(wp), intent(in) :: reach          !! [length]
+    type(polygon_t), intent(inout) :: polygon
+    real(wp) :: height(3)
+
+    height = height_of(plane, corner)
+    call keep_positive(reach - height(1) - matmul(height(2:), polygon%corner(:, :polygon%n)), &
+      polygon)
+    if (area_of(polygon%corner(:, :polygon%n)) < smallest*plane%area) polygon%n = 0
+  end subroutine keep_in_reach
+
   !> The integrals over what a part of a slave face and parts of the master see of each other.
   pure subroutine add_integrals(x, face, parts, u)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -232,6 +256,7 @@ contains
           part%overlap = find_curved_overlap(part%plane, slave, whole_face(x(:, &
             part%node(:part%n)), by_master(:, :part%n)), part%seen)
         end if
+        call weigh(share_of_sight(part%cosine), part%overlap)
       end associate
     end do
   end subroutine add_integrals
@@ -248,7 +273,9 @@ contains
     associate (mine => part%slave_corner(:corners_in(part%slave_corner)), &
                corner => part%corner(:corners_in(part%corner)), of => part%node(:part%n))
       part%plane = plane_of_face(x(:, mine))
+      part%cosine = dot_product(outward_normal(x(:, corner)), part%plane%axis(:, 3))
       part%seen = [find_common(part%plane, in_plane(part%plane, x(:, corner)))]
+      call keep_in_reach(part%plane, x(:, corner), part%reach, part%seen(1))
       if (max(face%n, part%n) <= face_corners) then
         part%overlap = find_overlap(part%plane, face%x(:, :face%n), x(:, corner), part%seen, &
           roughly=.true.)
@@ -256,6 +283,7 @@ contains
         part%overlap = find_curved_overlap(part%plane, whole_face(face%x(:, :face%n)), &
           whole_face(x(:, of)), part%seen, roughly=.true.)
       end if
+      call weigh(share_of_sight(part%cosine), part%overlap)
     end associate
   end subroutine cover_again
 

@@ -3,9 +3,9 @@
 module dual_weights_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_corners, face_nodes
-  use connectivity_mod, only: corners_in
   use small_matrix_mod, only: solve_small
-  use face_overlap_mod, only: overlap_t, outward_normal
+  use face_overlap_mod, only: overlap_t, weigh
+  use surface_reach_mod, only: share_of_sight, straightness
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
     make_patch, values_at_nodes
   use mortar_rows_mod, only: mortar_t, aslant, enough_of_second_order
@@ -39,8 +39,7 @@ contains
     real(wp), dimension(face%n) :: lumped, unit
     real(wp), dimension(face%n, face%n) :: mass, dual, shared, identity
     real(wp) :: part_of(face%n, face_nodes), q(3, face%n)
-    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
-    real(wp) :: cosine(size(parts)), opposed, plain, whole
+    real(wp) :: straight(size(parts)), opposed, plain, whole
     integer :: a, b, i, k
     real(wp) :: values(face%n, face_nodes, size(parts))
     logical :: regular, is_extrapolated
@@ -53,11 +52,8 @@ contains
       do i = 1, size(parts)
         lumped = lumped + parts(i)%overlap%lumped(:n)
         mass = mass + parts(i)%overlap%mass(:n, :n)
-        ! What leans by more than 45 degrees counts nothing, by less than 30 all.
-        cosine(i) = -dot_product(parts(i)%plane%axis(:, 3), outward_normal(x(:, &
-          parts(i)%corner(:corners_in(parts(i)%corner)))))
-        cosine(i) = max(0.0_wp, min(1.0_wp, (cosine(i) - cos_45)/(cos_30 - cos_45)))
-        opposed = opposed + cosine(i)*sum(parts(i)%overlap%lumped(:n))
+        straight(i) = straightness(parts(i)%cosine)
+        opposed = opposed + straight(i)*sum(parts(i)%overlap%lumped(:n))
       end do
       if (sum(lumped) < least_cover*face%area) return
       call share_with_ends(face, lumped)
@@ -75,7 +71,7 @@ contains
       whole = face%breadth*whole_area_of(face)
       if (n == face_nodes) then
         ! Functions of eight nodes are below 0 over half of a face: a bare part counts as leaning.
-        cosine = cosine*min(1.0_wp, sum(lumped)/whole)
+        straight = min(straight, straight*sum(lumped)/whole)
       else if (is_plain) then
         plain = part_of_plain(opposed, sum(lumped), whole)
       end if
@@ -127,7 +123,7 @@ contains
           call share_with_ends(face, overlap%mixed(:n, k))
         end do
         call share_with_ends(face, overlap%lumped(:n))
-        mortar%opposed_area(row) = mortar%opposed_area(row) + cosine(i)* &
+        mortar%opposed_area(row) = mortar%opposed_area(row) + straight(i)* &
           matmul(face%given(:n, :n), overlap%lumped(:n))
         if (is_extrapolated) then
           do k = 1, parts(i)%n
@@ -199,6 +195,7 @@ contains
       associate (part => parts(i))
         overlap(i) = find_curved_overlap(part%plane, slave, whole_face(x(:, &
           part%node(:part%n))), part%seen, patch)
+        call weigh(share_of_sight(part%cosine), overlap(i))
       end associate
       mass = mass + overlap(i)%mass(:face%n, :face%n)
     end do

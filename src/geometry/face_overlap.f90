@@ -9,7 +9,7 @@ module face_overlap_mod
   private
 
   public :: overlap_t, plane_t, polygon_t, plane_of_face, outward_normal, doubled_area, &
-    find_overlap, opposite_weights
+    find_overlap, opposite_weights, weigh
   public :: areas_of_nodes, in_plane, seen_from, find_common, keep_positive, area_of
   public :: few_points, few_weights, some_points, some_weights, more_points, more_weights, &
     many_points, many_weights
@@ -302,6 +302,22 @@ contains
     overlap%least_gap = min(overlap%least_gap, overlap%nearest)
     call turn_towards(normal, overlap)
   end function find_overlap
+
+  !> Take a share of the integrals over an overlap, all of them the same: what rows are divided by
+  !> has it, too.
+  pure subroutine weigh(share, overlap)
+    real(wp), intent(in) :: share    !! [-]
+    type(overlap_t), intent(inout) :: overlap
+
+    if (share >= 1.0_wp) return
+    overlap%area = share*overlap%area
+    overlap%lumped = share*overlap%lumped
+    overlap%mass = share*overlap%mass
+    overlap%mixed = share*overlap%mixed
+    overlap%facing = share*overlap%facing
+    overlap%entered = share*overlap%entered
+    overlap%moments = share*overlap%moments
+  end subroutine weigh
 
   !> The gap between two faces at a point of the plane.
   pure real(wp) function gap_at(faces, x) result(gap)

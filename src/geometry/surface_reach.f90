@@ -8,8 +8,10 @@ module surface_reach_mod
   private
 
   public :: reach_of_faces, reach_of_all, deep_in, largest_face, face_each_other, look_away, against
+  public :: share_of_sight, straightness
 
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
+  real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
 
 contains
 
@@ -61,6 +63,23 @@ contains
     end do
     length = sqrt(length)
   end function largest_face
+
+  !> How much of what two faces see of each other counts: all up to 45 degrees, from there on less,
+  !> nothing where they begin to face each other. docs/theory.md (11.37).
+  pure real(wp) function share_of_sight(cosine) result(share)
+    real(wp), intent(in) :: cosine   !! of their normals [-]
+
+    share = max(0.0_wp, min(1.0_wp, (against - cosine)/(cos_45 + against)))
+  end function share_of_sight
+
+  !> How much of that is turned straight towards the other: all up to 30 degrees, nothing at 45.
+  !> What leans by more counts as it rises, below 0. docs/theory.md (11.35).
+  pure real(wp) function straightness(cosine) result(part)
+    real(wp), intent(in) :: cosine   !! of their normals, at most `against` [-]
+
+    part = min(1.0_wp, (-cosine - cos_45)/(cos_30 - cos_45))
+    if (part < 0.0_wp) part = 1.0_wp - max(1.0_wp, sqrt(max(0.0_wp, 1.0_wp - cosine**2))/(-cosine))
+  end function straightness
 
   !> Whether any face of one surface is turned towards any of the other: if not they never touch.
   pure logical function face_each_other(slave, master, x) result(they_do)

@@ -74,6 +74,72 @@ UP-ZMAX, P, {pressure}
 PROPERTY = "*CONTACT PROPERTY ASSIGNMENT\n, , DRY\n"
 
 
+def grid(first, n, size, low):
+    """Return lines of nodes and of elements, and a function that numbers the nodes."""
+    def number(i, j):
+        return first + i + (n[0] + 1) * j
+
+    nodes = [f"{number(i, j)}, {size[0] * i / n[0]}, {low + size[1] * j / n[1]}"
+             for j in range(n[1] + 1) for i in range(n[0] + 1)]
+    corners = ((0, 0), (1, 0), (1, 1), (0, 1))
+    cells = [f"{first + i + n[0] * j}, " + ", ".join(str(number(i + a, j + b)) for a, b in corners)
+             for j in range(n[1]) for i in range(n[0])]
+    return "\n".join(nodes), "\n".join(cells), number
+
+
+def punch_on_rubber(cards):
+    """Return a punch of revolution with a sharp corner, pressed into a disc by a tenth."""
+    disc, cells_of_disc, of_disc = grid(1, (10, 5), (10.0, 4.0), 0.0)
+    punch, cells_of_punch, of_punch = grid(101, (4, 4), (2.0, 3.0), 4.0)
+
+    def names(nodes):
+        return ", ".join(map(str, nodes))
+
+    def faces(elements, face):
+        return "\n".join(f"{element}, S{face}" for element in elements)
+
+    return f"""\
+*NODE
+{disc}
+{punch}
+*ELEMENT, TYPE=CAX4, ELSET=DISC
+{cells_of_disc}
+*ELEMENT, TYPE=CAX4, ELSET=PUNCH
+{cells_of_punch}
+*NSET, NSET=AXIS
+{names(of_disc(0, j) for j in range(6))},
+{names(of_punch(0, j) for j in range(5))}
+*NSET, NSET=LOW
+{names(of_disc(i, 0) for i in range(11))}
+*NSET, NSET=HIGH
+{names(of_punch(i, 4) for i in range(5))}
+*SURFACE, NAME=TOP
+{faces(range(41, 51), 3)}
+*SURFACE, NAME=UNDERSIDE
+{faces(range(101, 105), 1)}
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*MATERIAL, NAME=RUBBER
+*HYPERELASTIC, MOONEY-RIVLIN
+0.4, 0.1, 0.05
+*SOLID SECTION, ELSET=PUNCH, MATERIAL=STEEL
+*SOLID SECTION, ELSET=DISC, MATERIAL=RUBBER
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.2
+{cards}*BOUNDARY
+LOW, 2, 2
+AXIS, 1, 1
+*STEP, NLGEOM
+*STATIC
+0.1, 1.
+*BOUNDARY
+HIGH, 2, 2, -0.4
+*END STEP
+"""
+
+
 class General(unittest.TestCase):
     def run_deck(self, deck, **settings):
         run = Run(deck, name="deck", **settings)
@@ -97,6 +163,27 @@ class General(unittest.TestCase):
                 hand, _ = self.run_deck(by_hand(text, names), tolerance=1e-12)
                 u, v = whole.field("displacement"), hand.field("displacement")
                 self.assertLess(abs(u - v).max(), 1e-9 * abs(v).max())
+
+    def test_the_side_of_a_punch_begins_to_face_what_it_is_pressed_into(self):
+        """Its share of the rows grows from nothing: force and run are those without the side."""
+        hand = "*CONTACT PAIR, INTERACTION=DRY\nTOP, UNDERSIDE\n"
+        forces = []
+        for cards in (hand, GENERAL + PROPERTY):
+            result, _ = self.run_deck(punch_on_rubber(cards))
+            self.assertEqual(len(result.history("certified")), 10)
+            forces.append(result.pairs[next(iter(result.pairs))].resultant[-1])
+        np.testing.assert_allclose(*forces, rtol=0, atol=0.01 * abs(forces[0]).max())
+
+    def test_a_tool_whose_sides_face_the_strip_that_it_is_pressed_into(self):
+        """Within what the mesh is off by: the strip bulges beside it, and touches it there."""
+        text = (INPUT / "ironing.inp").read_text()
+        text = text[: text.index("** Along th")]
+        forces = []
+        hand = text.replace("SOLE, STRIP-ZMAX", "STRIP-ZMAX, SOLE")
+        for deck in (hand, general(text)):
+            result, _ = self.run_deck(deck)
+            forces.append(result.pairs[next(iter(result.pairs))].resultant[-1])
+        np.testing.assert_allclose(*forces, rtol=0, atol=0.1 * abs(forces[0]).max())
 
     def test_an_interference_by_the_name_of_the_pair(self):
         """Rings pressed into each other by a clearance below 0, as two surfaces by hand."""

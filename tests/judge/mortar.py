@@ -180,8 +180,16 @@ def plain_part(bare, aslant):
 
 
 def straight_part(n, m):
-    """How much of what a face with normal m covers counts, by the angle of the two, (11.35)."""
-    return float(np.clip((-(n @ m) - 0.707) / (0.866 - 0.707), 0, 1))
+    """How much of what a face with normal m covers is turned to n, by their angle, (11.35)."""
+    facing = -(n @ m)
+    if facing >= 0.707:
+        return float(min(1, (facing - 0.707) / (0.866 - 0.707)))
+    return float(min(0, 1 - np.sqrt(1 - facing**2) / facing))  # what leans, as it rises
+
+
+def sight_share(n, m):
+    """How much of what faces with these normals see of each other counts, (11.37)."""
+    return float(np.clip((-(n @ m) + TURNED) / (0.707 + TURNED), 0, 1))
 
 
 def place_surface(slave, x, master, y, none=(), moved=None, skins=None, of_nodes=False):
@@ -245,6 +253,8 @@ def place_surface(slave, x, master, y, none=(), moved=None, skins=None, of_nodes
                 size, lump, own_mass, mix, values = integrate(flat, polygon, seen)
                 if size < 1e-12 * own[0]:
                     continue
+                counts = sight_share(n, m)
+                lump, own_mass, mix = counts * lump, counts * own_mass, counts * mix
                 lumped += lump
                 mass += own_mass
                 mixed.append((f, mix, lump))

@@ -13,6 +13,7 @@ from mortar import (
     cross2,
     hull_of_overlap,
     plain_part,
+    sight_share,
     straight_part,
 )
 from second_order import FACES
@@ -140,6 +141,7 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
                 values, slopes = face.at(here)
                 tall = np.cross(slopes[1] @ x[nodes], slopes[0] @ x[nodes])
                 w = np.maximum(w, 0.0) * np.linalg.norm(tall, axis=1) / np.abs(tall @ n)
+                w *= sight_share(n, m)
                 mine = values @ own.T
                 opposite = FACES[size]
                 places = places_seen(opposite, x[other], plane, points,
@@ -152,7 +154,7 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
                 straight += w.sum() * straight_part(n, m)
                 pieces.append((other, here, w, theirs, mine))
                 normal[at] += mine.T @ (w[:, None] * up)
-                turned.append(straight_part(n, m) * (w @ mine))
+                turned.append((straight_part(n, m), w @ mine))
                 middle = PARENT[kind][list(part)].mean(0)
                 mine = face.at(places_seen(face, x[nodes], plane, polygon, middle))[0]
                 middle = PARENT[size][list(piece)].mean(0)
@@ -171,7 +173,8 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
         if plain < 1 and bare > 0.1:
             least[at] = DUAL_SHARE
         # Functions of eight nodes are below 0 over half of a face.
-        opposed[at] += np.sum(turned, axis=0) * (1 - bare if kind == 4 else 1)
+        opposed[at] += sum(
+            (1 - bare if kind == 4 and s > 0 else 1) * s * w for s, w in turned)
         shared[np.ix_(at, at)] += plain * mass + (1 - plain) * np.diag(lumped)
         fits = [0.0] * len(pieces)
         if plain < 1:
