@@ -113,11 +113,12 @@ contains
     real(wp), intent(in) :: rounding     !! of a gap in an increment [length]
     type(state_t), intent(in) :: old, new
     real(wp), intent(inout) :: gap(:)    !! (n_points) [length]
+    real(wp), parameter :: of_solution = 8.0_wp !! whose places are rounded, over that of one [-]
     integer :: i
 
     do i = 1, size(gap)
       if (any(abs(old%reaction(:, i)) > 0.0_wp) .or. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
-      if (abs(gap(i)) <= rounding*max(1, new%increments_done - 1)) gap(i) = 0.0_wp
+      if (abs(gap(i)) <= of_solution*rounding*max(1, new%increments_done - 1)) gap(i) = 0.0_wp
     end do
   end subroutine let_arrive
 

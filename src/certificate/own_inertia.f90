@@ -46,6 +46,7 @@ contains
     real(wp) :: alpha, beta, gamma, dt, scale(0:scene%mesh%n_bodies), of_places
     real(wp) :: added_up
     logical :: has_mass(3, scene%mesh%n_nodes), is_rounding(0:scene%mesh%n_bodies)
+    real(wp) :: of_mass
     integer :: node
 
     u = new%displacement - old%displacement
@@ -82,15 +83,21 @@ contains
     rounding = mass*of_places/(1.0_wp + alpha)
     ! Velocities are sums, of as many increments as there were.
     added_up = sqrt(real(max(1, new%increments_done), wp))
+    ! Two ways to weigh a body agree no better than sums of so many elements.
+    of_mass = rounded + 4.0_wp*epsilon(1.0_wp)*scene%mesh%n_elements
     scale = 0.0_wp
     is_rounding = .true.
     do node = 1, scene%mesh%n_nodes
       associate (body => scene%mesh%body(node))
         scale(body) = max(scale(body), norm2(f(:, node)), norm2(forces%internal(:, node)), &
           norm2(forces%external(:, node)))
+      end associate
+    end do
+    do node = 1, scene%mesh%n_nodes
+      associate (body => scene%mesh%body(node))
         is_rounding(body) = is_rounding(body) .and. norm2(forces%external(:, node) - damping(:, &
           node) - f(:, node)) <= added_up*rounding(node) + forces%rounding(node) + &
-          rounded*norm2(f(:, node))
+          of_mass*scale(body)
       end associate
     end do
     handed = f
@@ -109,7 +116,8 @@ contains
     end do
     if (.not. allocated(forces%applied)) forces%applied = forces%external
     forces%external = forces%external - f - damping
-    where (is_rounding(scene%mesh%body)) rounding = added_up*rounding
+    where (is_rounding(scene%mesh%body)) rounding = added_up*rounding + of_mass*scale( &
+      scene%mesh%body)
     forces%rounding = forces%rounding + rounding
   end subroutine add_inertia
 

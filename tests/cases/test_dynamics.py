@@ -245,6 +245,14 @@ class ClosedForms(DynamicCase):
                     result.history("energy/kinetic")[-1], 0.5 * (1.25 + 100.0), rtol=1e-10
                 )
 
+    def test_a_block_falls_before_it_lands(self):
+        """Its weight and its inertia are two sums over its elements: they agree to rounding."""
+        for n in (4, 6, 12):
+            deck = bounce(0.002, dt=0.001).replace("X=3, NY=3, NZ=3", f"X={n}, NY={n}, NZ={n}")
+            with self.subTest(n), self.solve(deck) as result:
+                u = result.field("displacement")
+                np.testing.assert_allclose(u, np.tile([0, 0, -2e-5], (len(u), 1)), atol=1e-13)
+
     def test_velocities_move_evenly(self):
         """Displacements without an amplitude would jump; these go on in the next step."""
         moved = "*BOUNDARY, TYPE=VELOCITY\nB-ZMAX, 1, 1, 0.2\n*NODE FILE, FREQUENCY=1\nU\n"
@@ -604,6 +612,13 @@ class Energies(DynamicCase):
             force = result.pairs[0].resultant[:, 2]
             self.assertLess(abs(force[:100]).max(), 1e-12)
             self.assertGreater(force[101], 1.0)
+        # Of more nodes solutions are rounded more.
+        long = bar(n=60, period=0.55).replace("NX=1, NY=1", "NX=3, NY=3")
+        long = re.sub(r"0\.00\d+, 0\.55", "0.016666666666666666, 0.55", long)
+        with self.solve(long.replace("*STEP", "*CONTACT SOLVER, TOLERANCE=2e-4\n*STEP")) as result:
+            force = result.pairs[0].resultant[:, 2]
+            self.assertLess(abs(force[:30]).max(), 1e-9)
+            self.assertGreater(force[-1], 100.0)
 
     def test_what_the_scheme_took_is_told(self):
         run = Run(bounce(alpha=-0.05), name="d")
