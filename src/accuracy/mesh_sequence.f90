@@ -81,7 +81,9 @@ module mesh_sequence_mod
     type(mesh_size_t) :: first      !! the coarsest mesh
     type(mesh_size_t) :: trial      !! the coarsest that says anything of increments
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
-    logical  :: remembers = .false. !! there is friction: what comes out depends on increments
+    logical  :: remembers = .false.
+    !! there is friction, or inertia: what comes out depends on increments
+    logical  :: is_in_time = .false. !! a *STEP is dynamic
     logical  :: divides = .false.
     !! runs with divided increments say what load steps make
     logical  :: keeps_steps = .false. !! the result has the deck's increments: a *STEP is DIRECT
@@ -114,7 +116,9 @@ contains
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
     allocate (sequence%plans(0))
-    sequence%recovers = subjects(scene%accuracy%of)%is_recovered
+    sequence%is_in_time = any(scene%steps%is_dynamic)
+    ! Recovery knows strains at ends of steps, not means in time.
+    sequence%recovers = subjects(scene%accuracy%of)%is_recovered .and. .not. sequence%is_in_time
     sequence%n_increments = count_increments(scene%steps)
     sequence%n_stretches = sequence%n_increments
     do step = 1, size(scene%steps)
@@ -130,7 +134,7 @@ contains
     sequence%memory = scene%accuracy%memory
     sequence%keeps_steps = any(scene%steps%direct)
     ! Within bounds a run says by itself what increments make that are kept.
-    sequence%remembers = any(most_friction(scene) > 0.0_wp)
+    sequence%remembers = any(most_friction(scene) > 0.0_wp) .or. sequence%is_in_time
     sequence%divides = sequence%remembers .and. .not. (sequence%keeps_steps .and. &
       has_bound(sequence))
   end subroutine start_sequence

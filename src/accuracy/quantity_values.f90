@@ -21,9 +21,29 @@ module quantity_values_mod
   implicit none
   private
 
-  public :: measure_quantities
+  public :: measure_quantities, add_in_time
 
 contains
+
+  !> Add an increment of a dynamic *STEP to the means in time of its quantities, by the trapezoid;
+  !> of shares the largest counts. After impacts runs differ in phase, and in means they do not.
+  pure subroutine add_in_time(list, share, before, now, mean)
+    type(quantity_t), intent(in) :: list(:)
+    real(wp), intent(in) :: share                !! of the *STEP's period [-]
+    real(wp), intent(in) :: before(:), now(:)    !! (n_components) where it begins, and ends
+    real(wp), intent(inout) :: mean(:)           !! (n_components)
+    integer :: k
+
+    do k = 1, size(list)
+      associate (a => list(k)%first, b => list(k)%first + list(k)%n - 1)
+        if (list(k)%is_share) then
+          mean(a:b) = max(mean(a:b), now(a:b))
+        else
+          mean(a:b) = mean(a:b) + 0.5_wp*share*(before(a:b) + now(a:b))
+        end if
+      end associate
+    end do
+  end subroutine add_in_time
 
   !> The values of quantities at the end of an increment.
   subroutine measure_quantities(scene, points, list, state, report, values)

@@ -19,6 +19,7 @@ module errors_mod
     character(:), allocatable :: message !! one or more lines, no trailing newline
     character(:), allocatable :: kept    !! a line more: what is left of the run; need not be there
     integer :: exit_status = exit_wrong_input
+    logical :: is_of_mesh = .false. !! smaller elements may not have it
     integer :: n_meshes = 0
     !! in turn, each finer, that have to show it until all finer ones are taken to; 0: no number
   end type error_t

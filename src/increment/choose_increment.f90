@@ -68,6 +68,11 @@ contains
     if (present(is_plain)) is_plain = .true.
     if (scene%steps(increment%step)%direct) then
       size = increment_size_t()
+      associate (divisions => solver%choices%divisions)
+        if (present(is_plain)) is_plain = divisions == 1
+        if (divisions == 1 .or. .not. scene%steps(increment%step)%is_dynamic) return
+        increment = next_increment(scene%steps, old, whole_increment/divisions)
+      end associate
       return
     end if
     if (scene%steps(increment%step)%is_dynamic) then
@@ -106,11 +111,12 @@ contains
     type(increment_t), intent(inout) :: increment  !! uncut; gets its end
 
     if (size%passed_in /= increment%step) size = increment_size_t(passed_in=increment%step)
-    if (increment%start == size%passed) size%length = min(size%length, whole_increment)
+    if (increment%first_of_step .or. increment%start == size%passed) size%length = &
+      min(size%length, whole_increment/solver%choices%divisions)
     size%event = min(no_event, next_jump(solver, increment%start))
     associate (stop => min(next_stop(scene, cycles, increment), size%event))
-      call end_in_time(scene%steps(increment%step), increment%start, stop, size%base, &
-        size%length, increment%position)
+      call end_in_time(scene%steps(increment%step), solver%choices%divisions, increment%start, &
+        stop, size%base, size%length, increment%position)
     end associate
     size%most = size%length
     call limit_turn(scene, solver, increment, size)
@@ -119,12 +125,13 @@ contains
   end subroutine choose_in_time
 
   !> After an increment of a dynamic *STEP that is solved: the length of the next.
-  pure subroutine grow_in_time(increment, error, size)
+  pure subroutine grow_in_time(increment, error, divisions, size)
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: error                !! as of error_in_time [-]
+    integer, intent(in) :: divisions             !! as of choices_t
     type(increment_size_t), intent(inout) :: size
 
-    size%length = longer(error, size%length)
+    size%length = longer(error, divisions, size%length)
     size%passed = merge(increment%position, no_event, increment%position == size%event)
   end subroutine grow_in_time
 

@@ -92,10 +92,11 @@ contains
   end function are_alike
 
   !> The scheme of a *STEP, with the mass of its bodies; of a static one the mass means something.
-  subroutine make_inertia(scene, points, step, prescribed, inertia, error)
+  subroutine make_inertia(scene, points, step, divisions, prescribed, inertia, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: step
+    integer, intent(in) :: divisions         !! as of choices_t
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(inertia_t), intent(out) :: inertia
     type(error_t), allocatable, intent(out) :: error
@@ -128,8 +129,9 @@ contains
         cure)
     else
       inertia = new_inertia(mass, new_damping(scene%mesh, scene%materials), &
-        scene%steps(step)%alpha, length_of_increments(scene, step))
+        scene%steps(step)%alpha, length_of_increments(scene, step)/divisions)
     end if
+    if (allocated(error)) error%is_of_mesh = .true.
   end subroutine make_inertia
 
   !> A constraint between nodes that may touch and such as may not; 0: none.

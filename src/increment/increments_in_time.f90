@@ -31,15 +31,16 @@ contains
 
   !> Where the next increment ends: after a length that fits where lengths are counted from, or at a
   !> place where one must.
-  pure subroutine end_in_time(step, start, stop, base, length, finish)
+  pure subroutine end_in_time(step, divisions, start, stop, base, length, finish)
     type(load_step_t), intent(in) :: step
+    integer, intent(in) :: divisions       !! as of choices_t
     integer(i8), intent(in) :: start, stop !! of the *STEP; the next place at which one ends
     integer(i8), intent(inout) :: base     !! where lengths are counted from
     integer(i8), intent(inout) :: length   !! wanted; taken
     integer(i8), intent(out) :: finish
 
     if (modulo(start - base, smallest_increment) /= 0) base = start
-    length = min(length, largest_length(step))
+    length = min(length, largest_length(step)/divisions)
     do while (length > smallest_increment .and. modulo(start - base, length) /= 0)
       length = length/2
     end do
@@ -48,15 +49,17 @@ contains
   end subroutine end_in_time
 
   !> The shortest increment that the error in time makes, in parts of the deck's.
-  pure integer(i8) function shortest_in_time(scene, points, step) result(shortest)
+  pure integer(i8) function shortest_in_time(scene, points, step, divisions) result(shortest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: step
+    integer, intent(in) :: divisions !! as of choices_t
     real(wp) :: time
 
     associate (s => scene%steps(step))
       time = s%smallest
       if (.not. time > 0.0_wp) time = crossing*crossing_time(scene, points)
+      time = time/divisions
       shortest = smallest_increment
       do while (real(shortest, wp)/real(whole_increment, wp)*s%period < time*s%n_increments .and. &
         shortest < largest_length(s))
@@ -65,20 +68,23 @@ contains
     end associate
   end function shortest_in_time
 
-  !> Whether the error of an increment is more than is tolerable.
-  pure logical function is_too_long(error)
-    real(wp), intent(in) :: error !! as of error_in_time [-]
+  !> Whether the error of an increment is more than is tolerable: of increments that are divided
+  !> what leaves them so many times as short, for the error is of second order.
+  pure logical function is_too_long(error, divisions)
+    real(wp), intent(in) :: error    !! as of error_in_time [-]
+    integer, intent(in) :: divisions !! as of choices_t
 
-    is_too_long = error > tolerable
+    is_too_long = error*real(divisions, wp)**2 > tolerable
   end function is_too_long
 
   !> The length of the increment that follows one.
-  pure integer(i8) function longer(error, length)
-    real(wp), intent(in) :: error !! as of error_in_time [-]
+  pure integer(i8) function longer(error, divisions, length)
+    real(wp), intent(in) :: error    !! as of error_in_time [-]
+    integer, intent(in) :: divisions !! as of choices_t
     integer(i8), intent(in) :: length
 
     longer = length
-    if (error < small) longer = 2*length
+    if (error*real(divisions, wp)**2 < small) longer = 2*length
   end function longer
 
 end module increments_in_time_mod

@@ -107,7 +107,8 @@ contains
     end if
     if (present(step) .and. any(scene%steps%is_dynamic)) then
       allocate (inertia)
-      call make_inertia(scene, points, step, prescribed, inertia, error)
+      call make_inertia(scene, points, step, solver%choices%divisions, prescribed, inertia, &
+        error)
       if (allocated(error)) return
       solver%mass = inertia%mass
     end if

@@ -29,8 +29,10 @@ contains
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (.not. is_exact(scene%precision)) then
       what = 'a factor that is not exact (*PRECISION)'
-    else if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
-      what = 'an accuracy, nor bounds of time and memory'
+    else if (is_bounded(scene%accuracy)) then
+      what = 'bounds of time and memory'
+    else if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) then
+      what = 'an accuracy on a mesh that is kept'
     else if (scene%accuracy%follows_theory) then
       what = 'estimates of the error of small strain'
     else if (scene%stops_when_steady) then

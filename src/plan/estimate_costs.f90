@@ -83,7 +83,8 @@ contains
     plan%scratch_size = sizes%scratch
     memory = base + peak_memory(sizes, file)
     call add_figure(plan, 'peak_memory_bytes', memory, bound_about)
-    call add_figure(plan, 'file_bytes', file%most, bound_at_most)
+    call add_figure(plan, 'file_bytes', file%most, merge(bound_about, bound_at_most, any( &
+      scene%steps%is_dynamic .and. .not. scene%steps%direct)))
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
     if (plan%is_analysed) then
       seconds = seconds_of_run(scene, sizes, file)

@@ -69,7 +69,7 @@ contains
     plan%n_events = count_events(scene)
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
     plan%n_cuts = plan%n_cuts + (choices%divisions - 1)*sum(scene%steps%n_increments, &
-      mask=.not. scene%steps%direct)
+      mask=scene%steps%is_dynamic .or. .not. scene%steps%direct)
     if (choices%precision%renews_tangent .and. scene%contact%solver /= solver_auto) then
       plan%n_tangents = newton_raphson*plan%n_increments
     end if
@@ -234,7 +234,7 @@ contains
 
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
-    of_increments = bound_of_increments(scene)
+    of_increments = bound_of_increments(scene, plan)
     call add_figure(plan, 'increments', real(plan%n_fewest, wp), of_increments)
     if (.not. all(scene%steps%direct)) call add_figure(plan, 'increments_at_events', &
       real(plan%n_events, wp), bound_at_most)

@@ -68,8 +68,8 @@ contains
     end if
     call add_line(plan, factorisations, merge(bound_about, bound_at_most, scene%finite_strain), &
       factorisations_in_words(plan, scene%finite_strain))
-    call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
-      plan), counted_increments(scene, plan))
+    call add_line(plan, 'increments', bound_of_increments(scene, plan), &
+      increments_in_words(scene, plan), counted_increments(scene, plan))
     if (any(scene%steps%is_dynamic)) call add_line(plan, 'inertia', 0, 'sound takes '// &
       to_text(crossing_time(scene, plan%points), 2)//' across the smallest element at contact: '// &
       'what impacts want of increments')
@@ -82,7 +82,7 @@ contains
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact, plan%choices%tolerance, scene%finite_strain .and. &
       plan%choices%precision%renews_tangent))
-    call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
+    call add_line(plan, 'fields', bound_of_increments(scene, plan), fields_in_words(scene, plan))
   end subroutine describe
 
   !> Plane stress, thickness 1 (not given); empty of solids.
@@ -119,11 +119,12 @@ contains
   end function blocks_in_words
 
   !> How the number of increments is meant: fixed where no *STEP lets them be cut.
-  pure integer function bound_of_increments(scene)
+  pure integer function bound_of_increments(scene, plan)
     type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
 
     bound_of_increments = bound_about
-    if (all(scene%steps%direct)) bound_of_increments = bound_fixed
+    if (all(scene%steps%direct) .and. plan%n_cuts == 0) bound_of_increments = bound_fixed
   end function bound_of_increments
 
   !> 50 in 2 steps; up to 4 more at breakpoints of amplitudes or first contact; halved if not
@@ -136,9 +137,9 @@ contains
     words = counted_increments(scene, plan)
     if (plan%n_fewest < plan%n_increments) words = words// &
       ', which grow while load steps make little error'
-    if (all(scene%steps%direct)) return
     if (plan%n_cuts > 0) words = words//'; '//to_text(plan%n_cuts)// &
       ' more for the accuracy or for obstacles that turn'
+    if (all(scene%steps%direct)) return
     if (plan%n_events > 0) words = words//'; up to '//to_text(plan%n_events)// &
       ' more at breakpoints of amplitudes or first contact'
     words = words//'; halved if not converged'

@@ -71,6 +71,8 @@ module checkpoint_mod
     !! runs before this one, where an accuracy chooses the mesh
     real(wp), allocatable :: values(:, :)
     !! (n_components,n_increments) what that accuracy is of, of the deck's increments so far
+    real(wp), allocatable :: latest(:, :)
+    !! (n_components,1) the same at the end of the last increment, where increments add to a mean
     real(wp), allocatable :: touched(:, :) !! (1,n_nodes) as of mark_touched, likewise
     real(wp), allocatable :: seen(:, :)
     !! (1,n_obstacles) 1 where nodes have touched it since it got into the faces that it is in
@@ -215,6 +217,7 @@ contains
     if (.not. allocated(progress%sequence)) return
     call carry_sequence(list, progress%sequence)
     call archive(list, progress%values)
+    call archive(list, progress%latest)
     call archive(list, progress%touched)
     do i = 1, size(progress%worst_errors)
       call archive(list, progress%worst_errors(i))

@@ -47,7 +47,8 @@ contains
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
-    if (choices%divisions > 1) scene%steps%direct = .false.
+    if (choices%divisions > 1) scene%steps%direct = scene%steps%direct .and. &
+      scene%steps%is_dynamic
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
     if (present(follows_theory)) scene%accuracy%follows_theory = &
@@ -82,21 +83,11 @@ contains
         '; --nlgeom no runs the deck by small strain', error)
       if (allocated(error)) return
     end if
-    ! Likewise.
-    beyond = beyond_dynamics(scene)
-    if (beyond == '' .and. any(scene%steps%is_dynamic)) then
-      if (options%symmetry) beyond = '--symmetry'
-      if (size(options%rigid) > 0) beyond = '--as-rigid'
-      if (n_ranks() > 1) beyond = 'several ranks'
-    end if
-    if (beyond /= '') then
-      call refuse_option('*DYNAMIC does not cover '//beyond, error)
-      return
-    end if
     ! Without contact there are no resultants to compare.
     if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &
       size(scene%pairs) == 0) scene%accuracy%of = accuracy_of_energy
     call take_mesh()
+    if (.not. allocated(error)) call check_inertia()
     if (.not. allocated(error)) call take_rigid()
     if (.not. allocated(error)) call take_symmetry()
     if (allocated(error)) return
@@ -111,7 +102,8 @@ contains
     if (options%theory) call keep('--theory')
     associate (accuracy => scene%accuracy)
       accuracy%chooses_theory = accuracy%chooses_theory .or. (accuracy%wanted > 0.0_wp .and. &
-        .not. (scene%finite_strain .or. accuracy%keeps_small_strain))
+        .not. (scene%finite_strain .or. accuracy%keeps_small_strain .or. &
+        any(scene%steps%is_dynamic)))
       ! Coarse meshes say whether it takes an estimate where there are several.
       accuracy%follows_theory = accuracy%follows_theory .or. options%theory .or. &
         (accuracy%chooses_theory .and. .not. chooses_mesh(accuracy))
@@ -150,6 +142,18 @@ contains
         end if
       end associate
     end subroutine take_mesh
+
+    !> Refuse what dynamic steps do not cover. What the deck itself asks for was refused where it
+    !> was read.
+    subroutine check_inertia()
+      beyond = beyond_dynamics(scene)
+      if (beyond == '' .and. any(scene%steps%is_dynamic)) then
+        if (options%symmetry) beyond = '--symmetry'
+        if (size(options%rigid) > 0) beyond = '--as-rigid'
+        if (n_ranks() > 1) beyond = 'several ranks'
+      end if
+      if (beyond /= '') call refuse_option('*DYNAMIC does not cover '//beyond, error)
+    end subroutine check_inertia
 
     !> Refuse what an accuracy that chooses the mesh does not cover, and estimates that the deck
     !> leaves out.

@@ -32,7 +32,9 @@ contains
     if (console%quiet) return
     groups = groups_of_pairs(scene)
     allocate (errors(n_errors, size(groups)), source=-1.0_wp)
-    if (present(sequence)) call find_errors(sequence, errors)
+    ! Of means in time nothing follows for the end of a dynamic *STEP.
+    if (present(sequence) .and. .not. any(scene%steps%is_dynamic)) call find_errors(sequence, &
+      errors)
     call summarize_pairs(path, groups, errors, lines, ignored)
     if (.not. allocated(ignored)) call print_lines(console, lines)
   end subroutine print_summary

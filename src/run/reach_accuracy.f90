@@ -140,7 +140,7 @@ contains
         end if
         if (size(sequence%runs) > 0 .and. .not. may_skip()) call tell_earlier(deck, sequence, &
           scene%mesh%n_elements, error)
-        if (error%exit_status /= exit_not_solved .or. .not. may_skip()) return
+        if (.not. may_skip()) return
         if (.not. console%quiet) call say('note: '//to_text(scene%mesh%n_elements)// &
           ' elements are too few: '//error%message)
         n_alike = merge(n_alike + 1, 0, error%n_meshes > 0)
@@ -209,10 +209,12 @@ contains
       sequence%runs = sequence%runs(:n - 1)
     end subroutine repeat_last
 
-    !> Whether a mesh that is not solved is only too coarse, as far as is known.
+    !> Whether a mesh that is not solved is only too coarse, as far as is known; one that is refused
+    !> for its elements is where it is coarser than that of the deck.
     logical function may_skip()
       may_skip = n_skipped < most_skipped .and. is_beginning(sequence) .and. &
-        (error%n_meshes == 0 .or. n_alike + 1 < error%n_meshes)
+        (error%n_meshes == 0 .or. n_alike + 1 < error%n_meshes) .and. (error%exit_status == &
+        exit_not_solved .or. (error%is_of_mesh .and. relative_size(choice%mesh_size) > 1.0_wp))
     end function may_skip
 
   end subroutine reach_accuracy

@@ -14,7 +14,7 @@ module run_increments_mod
   use gauss_fields_mod, only: list_gauss_fields
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: mark_touched
-  use quantity_values_mod, only: measure_quantities
+  use quantity_values_mod, only: measure_quantities, add_in_time
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
   use unseen_contact_mod, only: share_of_supports
@@ -149,6 +149,11 @@ contains
     associate (increment => solved%increment, errors => solved%report%errors)
       progress%worst_errors = max(progress%worst_errors, [errors%load_steps, errors%contact + &
         errors%arithmetic, errors%mesh])
+      if (scene%steps(increment%step)%is_dynamic) then
+        ! Of a mean in time one contact problem says nothing.
+        progress%worst_errors(1) = not_known
+        return
+      end if
       if (.not. increment%last_of_step) return
       if (errors%load_steps < 0.0_wp) progress%worst_errors(1) = not_known
       progress%geometry = max(progress%geometry, [entered_beside_mesh(errors), errors%at_edges, &
@@ -161,21 +166,30 @@ contains
     end associate
   end subroutine note_errors
 
-  !> Keep what the accuracy is of, at the end of an increment of the deck.
+  !> Keep what the accuracy is of, at the end of an increment of the deck; of a dynamic *STEP the
+  !> mean, for its end.
   subroutine note_values(scene, plan, solved, progress)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(solved_t), intent(in) :: solved
     type(progress_t), intent(inout) :: progress !! its values
+    real(wp) :: now(size(progress%values, 1))
     integer :: asked
 
-    associate (increment => solved%increment)
+    associate (increment => solved%increment, step => scene%steps(solved%increment%step), &
+      before => sum(scene%steps(:solved%increment%step - 1)%n_increments))
       call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)
-      if (asked < 0) return
-      asked = asked + sum(scene%steps(:increment%step - 1)%n_increments)
+      if (asked < 0 .and. .not. step%is_dynamic) return
       call measure_quantities(scene, plan%points, progress%sequence%list, solved%state, &
-        solved%report, progress%values(:, asked))
+        solved%report, now)
+      if (step%is_dynamic) then
+        call add_in_time(progress%sequence%list, increment%fraction - increment%begin, &
+          progress%latest(:, 1), now, progress%values(:, before + step%n_increments))
+      else
+        progress%values(:, before + asked) = now
+      end if
+      progress%latest(:, 1) = now
     end associate
   end subroutine note_values
 

@@ -313,6 +313,7 @@ contains
 
     progress%sequence = sequence
     allocate (progress%values(sum(sequence%list%n), sequence%n_increments), source=0.0_wp)
+    allocate (progress%latest(sum(sequence%list%n), 1), source=0.0_wp)
     allocate (progress%touched(1, n_nodes), source=0.0_wp)
   end subroutine begin_values
 

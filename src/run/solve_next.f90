@@ -178,9 +178,10 @@ contains
       associate (step => scene%steps(increment%step))
         if (step%direct .or. .not. step%is_dynamic) return
       end associate
-      if (is_too_long(error)) then
+      if (is_too_long(error, plan%choices%divisions)) then
         if (increment%position - increment%start >= 2*shortest_in_time(scene, plan%points, &
-          increment%step)) call cut_increment(scene, increment, progress%size, is_cut)
+          increment%step, plan%choices%divisions)) call cut_increment(scene, increment, &
+          progress%size, is_cut)
         if (is_cut) then
           progress%tally%cuts = progress%tally%cuts + 1
           return
@@ -189,7 +190,7 @@ contains
           notes)
         progress%too_long_in = increment%step
       end if
-      call grow_in_time(increment, error, progress%size)
+      call grow_in_time(increment, error, plan%choices%divisions, progress%size)
     end associate
   end subroutine follow_time
 

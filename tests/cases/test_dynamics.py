@@ -117,6 +117,14 @@ def slide(n=(4, 4, 2), low=0.0, width=1.0, cards="", period=0.5, dt=0.01):
     )
 
 
+def between_planes(deck):
+    """Return the deck of a block with a second plane above it."""
+    return deck.replace(
+        "*SURFACE INTERACTION",
+        "*OBSTACLE, NAME=LID, TYPE=PLANE\n0., 0., 0.6, 0., 0., -1.\n*SURFACE INTERACTION",
+    ).replace("B-ZMIN, WALL\n", "B-ZMIN, WALL\nB-ZMAX, LID\n")
+
+
 def bounce(period=0.4, alpha=0.0, dt=0.002):
     """Return the deck of a cube that falls from 0.1."""
     return (
@@ -731,6 +739,45 @@ class Steps(DynamicCase):
             np.testing.assert_allclose(u, np.tile([0.5, 0, -1.25], (len(u), 1)), atol=1e-10)
 
 
+class Accuracy(DynamicCase):
+    """Means in time are as accurate as they are asked to be: impulses are known."""
+
+    def test_a_bar_strikes_a_wall(self):
+        """The mean force is 2 m v/T, and the error in time is told by three runs."""
+        with self.solve(by_error(bar()), "--accuracy", "0.1") as result:
+            values, divisions = result.file["accuracy/values"], result.file["accuracy/divisions"]
+            told = result.file["accuracy"].attrs["mesh_and_load_steps"]
+            self.assertLess(told, 0.1)
+            self.assertAlmostEqual(values[-1, -1, 0], 100.0, delta=100 * told)
+            self.assertEqual(abs(values[-1, :-1]).max(), 0.0)
+            self.assertEqual(set(divisions[:3]), {1, 2, 4})
+            # What the shortest increments change is what the longest are wrong by.
+            self.assertGreater(abs(values[2, -1, 0] - values[0, -1, 0]), 1.0)
+            self.assertLess(abs(values[2, -1, 0] - 100.0), 0.3)
+
+    def test_a_block_slides_to_rest(self):
+        """The means of normal force and friction are m g and m v/T."""
+        with self.solve(by_error(slide()), "--accuracy", "0.02") as result:
+            mean = result.file["accuracy/values"][-1, -1]
+            np.testing.assert_allclose(mean[[0, 3]], 5.0, rtol=0.02)
+            self.assertAlmostEqual(mean[4], -1.0, delta=0.02 * 0.3 * 5.0)
+
+    def test_what_the_deck_keeps_is_told(self):
+        """Increments of DIRECT stay, and where they are too long that is said."""
+        run = Run(slide(), "--accuracy", "0.02", name="d")
+        self.assertEqual(run.status, 2)
+        self.assertIn("and DIRECT keeps them as they are", run.errors)
+        with run.result() as result:
+            self.assertEqual(len(result.history("time")), 50)
+
+    def test_meshes_without_mass_are_skipped(self):
+        """A layer between two surfaces has none; the deck has two."""
+        deck = between_planes(slide(period=0.1))
+        run = Run(deck, "--accuracy", "0.5", name="d")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("4 elements are too few", run.output)
+
+
 class Refused(unittest.TestCase):
     def refuse(self, deck, words, status=1, *options):
         run = Run(deck, *options, name="d")
@@ -740,7 +787,9 @@ class Refused(unittest.TestCase):
     def test_what_is_not_covered_is_named(self):
         deck = slide(period=0.02)
         self.refuse(finite(deck).replace("NLGEOM", "NLGEOM=AUTO"), "does not cover NLGEOM=AUTO")
-        self.refuse(deck, "an accuracy", 1, "--accuracy", "0.1")
+        self.refuse(deck, "an accuracy on a mesh that is kept", 1, "--accuracy", "0.1", "--refine",
+                    "0")  # fmt: skip
+        self.refuse(deck, "bounds of time and memory", 1, "--time", "10")
         for option in (("--until-steady",), ("--symmetry",), ("--as-rigid", "B")):
             self.refuse(deck, option[0], 1, *option)
         self.refuse(
@@ -756,10 +805,7 @@ class Refused(unittest.TestCase):
         )
 
     def test_elements_with_contact_nodes_only_are_named(self):
-        deck = slide((3, 3, 1), period=0.02).replace(
-            "*SURFACE INTERACTION",
-            "*OBSTACLE, NAME=LID, TYPE=PLANE\n0., 0., 0.6, 0., 0., -1.\n*SURFACE INTERACTION",
-        ).replace("B-ZMIN, WALL\n", "B-ZMIN, WALL\nB-ZMAX, LID\n")
+        deck = between_planes(slide((3, 3, 1), period=0.02))
         self.refuse(deck, "the body of element 1 has no others")
 
 
