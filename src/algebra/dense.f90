@@ -368,12 +368,15 @@ contains
   end subroutine symmetric_eigenvectors
 
   !> Singular values, descending, with the right singular vectors: A = U diag(s) V^T.
-  subroutine singular_values(a, s, v, ok)
+  subroutine singular_values(a, s, v, ok, u)
     real(wp), intent(in) :: a(:, :)   !! (m,n)
     real(wp), intent(out) :: s(:)     !! (n) those beyond m are 0
     real(wp), intent(out) :: v(:, :)  !! (n,n) columns, a basis of the whole space
     logical, intent(out) :: ok        !! false: LAPACK did not converge
-    real(wp) :: copy(max(size(a, 1), size(a, 2)), size(a, 2)), u(1, 1), vt(size(a, 2), size(a, 2))
+    real(wp), intent(out), optional :: u(:, :)
+    !! (max(m,n),n) columns: A = U S V^T, rows beyond m of zeros
+    real(wp) :: copy(max(size(a, 1), size(a, 2)), size(a, 2)), none(1, 1)
+    real(wp) :: vt(size(a, 2), size(a, 2))
     real(wp), allocatable :: work(:)
     integer :: iwork(8*size(a, 2)), m, n, info
 
@@ -387,9 +390,10 @@ contains
     copy(:m, :) = a
     m = size(copy, 1)
     allocate (work(3*n + max(m, 5*n*n + 4*n)))
-    call dgesdd('O', m, n, copy, m, s, u, 1, vt, n, work, size(work), iwork, info)
+    call dgesdd('O', m, n, copy, m, s, none, 1, vt, n, work, size(work), iwork, info)
     ok = info == 0
     v = transpose(vt)
+    if (present(u)) u = copy
   end subroutine singular_values
 
   !> Orthonormal columns that A takes to 0; none where LAPACK does not converge.

@@ -158,9 +158,11 @@ class Savings(unittest.TestCase):
         self.assert_same(run, full)
 
     def test_only_points_near_a_round_obstacle_have_rows(self):
-        """Of a beam on rollers: 15 of 735 points touch, and the forces are those of statics."""
-        runs = [Run(INPUT / "bend.inp", n=4, mu=0.05, solver=solver)
-                for solver in ("AUTO", "SWEEPS")]
+        """Of a beam on rollers: 15 of 735 points touch, and the forces are those of statics. All
+        slide at the limit of friction, and few centres of the search for free motions lead there
+        (442 iterations where its leaps took the friction of points that slide for constant)."""
+        runs = [Run(INPUT / "bend.inp", n=4, solver=solver) for solver in ("AUTO", "SWEEPS")]
+        self.assertLess(self.count(runs[0], "contact_iterations"), 150)
         for run in runs:
             self.assertEqual(run.status, 0, run.errors)
             self.assertLessEqual(self.count(run, "contact_rows"), 3 * 75)

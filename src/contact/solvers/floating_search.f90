@@ -8,7 +8,8 @@
 !> a contact problem like any other, whose solution r(c) leaves e(c) = Q^T r(c) + q out of balance.
 !> The centre c takes Newton steps on e(c) = 0 with the derivative of the solved contact problem,
 !> damped (Levenberg-Marquardt) from the best centre so far until they balance more; fully damped
-!> they are the plain proximal step c + theta e. Where none of these leaves less out of balance the
+!> they are the plain proximal step c + theta e. After one that gained little friction of points
+!> that slide resists by its secant. Where none of these leaves less out of balance the
 !> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
 !> drives stays where it is. Where no centre leaves less out of balance, Newton's method on
@@ -18,14 +19,14 @@
 !> docs/theory.md section 9.
 module floating_search_mod
   use kinds_mod, only: wp
-  use dense_mod, only: solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto
   use increment_report_mod, only: ended_unbalanced, ended_stalled
   use compliance_mod, only: is_map
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, relative_gaps
   use floating_mod, only: floating_t, part_points, shift_of
   use newton_iterate_mod, only: residual_at
   use floating_centre_mod, only: drift_t, centre_t, solve_at_centre, sees_nothing, find_resistance
+  use centre_leaps_mod, only: leap_of, add_sliding
   use closest_balance_mod, only: find_closest_balance, most_wedged
   use growing_friction_mod, only: friction_shares
   use joint_newton_mod, only: solve_jointly
@@ -61,7 +62,7 @@ module floating_search_mod
   real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
   real(wp), parameter :: vanished = 1.0e-3_wp
   !! reactions, of those it began with: wedges that lock (mu = 1 and 5) keep more [-]
-  real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
+  real(wp), parameter :: halved = 0.5_wp            !! of e: found along a line, or gained by a leap
   real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
   real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
 
@@ -79,6 +80,7 @@ module floating_search_mod
     real(wp) :: damping = least_damping        !! of the resistance of the proximal term [-]
     integer  :: since_best = 0                 !! trials
     integer  :: idle = 0                       !! trials without progress
+    real(wp) :: left = 0.0_wp                  !! of |e| at the best before, at the best [-]
     logical  :: is_flying = .false.            !! nothing resists at the best
     real(wp) :: unsolved = 0.0_wp              !! residual of the last trial that was not solved [-]
   end type search_t
@@ -430,6 +432,9 @@ contains
       else if (norm2(now%e) < progress*norm2(search%best%e)) then
         search%idle = 0
       end if
+      search%left = 0.0_wp
+      if (allocated(search%best%e)) search%left = norm2(now%e)/max(norm2(search%best%e), &
+        tiny(1.0_wp))
       search%best = now
       search%since_best = 0
     end associate
@@ -470,8 +475,10 @@ contains
         search%damping = max(least_damping, search%damping/30.0_wp)
         call find_resistance(problem, floating, x_free, controls, now%r, response, resistance)
         search%response = response
-        search%resistance = resistance
         search%is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
+        if (search%left > halved) call add_sliding(problem, floating%q, relative_gaps(problem, &
+          x_free, pack_rows(problem, now%r)), now%r, resistance)
+        search%resistance = resistance
       end if
       if (search%is_flying .and. search%since_best < max_worse .and. now%is_solved) then
         ! From free flight the first leap goes too far into an obstacle; the next bring it back.
@@ -479,22 +486,22 @@ contains
           now%r, response, resistance)
         way = now%centre - search%first
         far = longest_leap*norm2(way + floating%theta*now%e)
-        way = way + damped_step(resistance, now%e, least_damping/floating%theta)
+        way = way + leap_of(resistance, now%e, least_damping/floating%theta, far)
         if (norm2(way) > far) way = way*(far/norm2(way))
         now%centre = search%first + way
         return
       end if
       if (search%since_best > 0) search%damping = min(most_damping, search%damping*more_damping())
+      way = best%centre - search%first
+      far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
       damp: do
-        leap = damped_step(search%resistance, best%e, search%damping/floating%theta)
+        leap = leap_of(search%resistance, best%e, search%damping/floating%theta, far)
         if (search%since_best == 0 .or. search%damping >= most_damping) exit damp
         ! Another damping that leaves the leap as it was comes to the same.
         if (norm2(leap - search%leap) > another*norm2(search%leap)) exit damp
         search%damping = min(most_damping, more*search%damping)
       end do damp
       search%leap = leap
-      way = best%centre - search%first
-      far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
       way = way + leap
       if (norm2(way) > far) way = way*(far/norm2(way))
       now%centre = search%first + way
@@ -524,21 +531,5 @@ contains
     end function more_damping
 
   end subroutine choose_centre
-
-  !> A Newton step on e(c) = 0, damped: never infinitely far where nothing resists.
-  function damped_step(resistance, e, damping) result(step)
-    real(wp), intent(in) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
-    real(wp), intent(in) :: e(:)              !! (n_seen) out of balance [force]
-    real(wp), intent(in) :: damping           !! [force/length]
-    real(wp) :: step(size(e))                 !! [length]
-    real(wp) :: damped(size(e), size(e))
-    integer :: i
-
-    damped = resistance
-    do i = 1, size(e)
-      damped(i, i) = damped(i, i) + damping
-    end do
-    step = solve_least_squares(damped, e)
-  end function damped_step
 
 end module floating_search_mod
