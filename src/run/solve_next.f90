@@ -48,8 +48,19 @@ module solve_next_mod
 
 contains
 
-  !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
-  !> the report says.
+  !> Solve the next increment, where there is one. Whether it is solved, the report says.
+  !>
+  !> Where it is not, or something passes within it, this is tried, in this order, and no more:
+  !>
+  !>   1. every slave node a candidate, where one got further than planned (`advance_or_widen`);
+  !>   2. a factor in double precision;
+  !>   3. at finite strain the tangent where the increment begins;
+  !>   4. a smaller increment: up to where something touches first, or half of it;
+  !>   5. an increment that the deck keeps whole, from where its parts lead.
+  !>
+  !> Within one try `advance` asks for a smaller residual where the certificate does, begins without
+  !> extrapolation, and with all points in reach, where these lead nowhere. Which test needs what:
+  !> docs/developers.md.
   subroutine solve_next(scene, plan, solver, progress, watch, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
@@ -62,8 +73,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
-    logical :: is_cut, is_passed
-    logical :: is_to_repeat, is_taken !! at finite strain, with another factor; there is one
+    logical :: is_another !! there is another way to try
     logical :: passes !! an obstacle does, a point or a face
     integer, parameter :: most_tries = 100 !! parts, tangents, precisions: more than there are
     integer :: tries
@@ -74,74 +84,105 @@ contains
       if (.not. solved%found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
-        if (needs_double(scene, solver, error)) call turn_to_double(scene, plan, increment, &
-          solver, progress, notes, error)
+        call try_double(is_another)
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
       call follow_own_sides(scene, plan%points, increment%step, solver, progress)
       if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
-        plan%points, progress%state, solver, is_taken, error)
+        plan%points, progress%state, solver, is_another, error)
       if (allocated(error)) return
-      sizes: do tries = 1, most_tries
+      do tries = 1, most_tries
         call stop_if_signalled(error)
         if (allocated(error)) return
         call choose_increment(scene, plan%points, solver, progress%state, progress%cycles, &
           progress%size, increment, is_plain)
         call set_extra_gap(scene, increment%step, increment%position, plan%points)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
-        if (needs_double(scene, solver, error, solved%report)) then
-          call turn_to_double(scene, plan, increment, solver, progress, notes, error)
-          if (allocated(error)) return
-          cycle sizes
-        end if
+        call try_double(is_another, solved%report)
         if (allocated(error)) return
-        if (keeps_tangent(scene, solver)) then
-          call follow_tangent(scene, solver, progress%state, solved, is_to_repeat)
-          is_taken = .false.
-          if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, &
-            is_taken, error)
-          if (allocated(error)) return
-          if (is_taken) cycle sizes
-        end if
+        if (is_another) cycle
+        call try_tangent(is_another)
+        if (allocated(error)) return
+        if (is_another) cycle
         call note_sizes(solver, progress%tally)
         passes = solved%report%ending == ended_passed
         if (is_solved(scene, solved%report)) then
           call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
           passes = solved%entries%passed%depth > 0.0_wp
           if (.not. passes) then
-            call follow_time(scene, plan, progress, solved, notes, is_cut)
-            if (.not. is_cut) return
-            cycle sizes
-          end if
-        end if
-        is_passed = .false.
-        if (.not. passes) call pass_touch(increment, progress%size, is_passed)
-        if (.not. is_passed) then
-          is_cut = .not. fails_at_any_size(scene, plan%points, solver, progress%state, solved)
-          if (is_cut) call cut_increment(scene, increment, progress%size, is_cut)
-          if (.not. is_cut) then
-            if (passes) return
-            call start_from_parts(scene, plan, solver, progress%state, solved)
-            if (is_solved(scene, solved%report)) then
-              call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, &
-                solved)
-              call note_started(increment, notes)
-            else
-              call try_tolerance(scene, plan, solver, progress%state, solved)
-            end if
+            call follow_time(scene, plan, progress, solved, notes, is_another)
+            if (is_another) cycle
             return
           end if
+        end if
+        call try_smaller(is_another)
+        if (is_another) cycle
+        if (.not. passes) call try_whole()
+        return
+      end do
+    end associate
+
+  contains
+
+    !> Enter the *STEP again, with a factor in double precision for the rest of the run, where that
+    !> may solve what is not solved.
+    subroutine try_double(is_another, report)
+      logical, intent(out) :: is_another
+      type(increment_report_t), intent(in), optional :: report !! where an increment was tried
+
+      is_another = needs_double(scene, solver, error, report)
+      if (is_another) call turn_to_double(scene, plan, solved%increment, solver, progress, notes, &
+        error)
+    end subroutine try_double
+
+    !> At finite strain another tangent's factor.
+    subroutine try_tangent(is_another)
+      logical, intent(out) :: is_another
+      logical :: is_to_repeat
+
+      is_another = .false.
+      if (.not. keeps_tangent(scene, solver)) return
+      call follow_tangent(scene, solver, progress%state, solved, is_to_repeat)
+      if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, is_another, &
+        error)
+    end subroutine try_tangent
+
+    !> A smaller increment.
+    subroutine try_smaller(is_another)
+      logical, intent(out) :: is_another
+      logical :: is_touch !! the smaller increment ends where something touches first
+
+      associate (increment => solved%increment)
+        is_touch = .false.
+        if (.not. passes) call pass_touch(increment, progress%size, is_touch)
+        is_another = is_touch
+        if (.not. is_another) then
+          if (fails_at_any_size(scene, plan%points, solver, progress%state, solved)) return
+          call cut_increment(scene, increment, progress%size, is_another)
+          if (.not. is_another) return
           progress%tally%cuts = progress%tally%cuts + 1
         end if
         if (passes) then
           call note_passed(scene, plan%points, increment, solved%report%passed_point, &
             solved%entries%passed, notes)
         else
-          call note_unsolved(increment, is_passed, notes)
+          call note_unsolved(increment, is_touch, notes)
         end if
-      end do sizes
-    end associate
+      end associate
+    end subroutine try_smaller
+
+    !> What the deck keeps whole, from where its parts lead; else the tolerance that it would meet.
+    subroutine try_whole()
+      call start_from_parts(scene, plan, solver, progress%state, solved)
+      if (is_solved(scene, solved%report)) then
+        call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
+        call note_started(solved%increment, notes)
+      else
+        call try_tolerance(scene, plan, solver, progress%state, solved)
+      end if
+    end subroutine try_whole
+
   end subroutine solve_next
 
   !> The sides that surfaces which touch themselves have where the increment begins.
