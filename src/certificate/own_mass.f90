@@ -364,15 +364,22 @@ contains
     type(own_mass_t), intent(in) :: own
     real(wp), intent(in) :: a(:, :)   !! (3,n_nodes)
     real(wp), intent(out) :: f(:, :)
-    integer :: e, n
+    real(wp) :: of_node(3)
+    integer :: e, i, j, k
 
     f = spread(own%at_node, 1, 3)*a
     do e = 1, mesh%n_elements
       if (own%first(e + 1) == own%first(e)) cycle
-      associate (nodes => nodes_of_element(mesh%connectivity, e), entries => own%spread( &
-                 own%first(e):own%first(e + 1) - 1))
-        n = size(nodes)
-        f(:, nodes) = f(:, nodes) + matmul(a(:, nodes), reshape(entries, [n, n]))
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
+        k = own%first(e)
+        do j = 1, size(nodes)
+          of_node = 0.0_wp
+          do i = 1, size(nodes)
+            of_node = of_node + own%spread(k)*a(:, nodes(i))
+            k = k + 1
+          end do
+          f(:, nodes(j)) = f(:, nodes(j)) + of_node
+        end do
       end associate
     end do
   end subroutine add_sums

@@ -321,18 +321,22 @@ contains
     type(mass_t), intent(in) :: mass
     real(wp), intent(in) :: a(:, :)     !! (3,n_nodes)
     real(wp) :: f(3, size(a, 2))
-    real(wp) :: along(6, size(mass%missing, 3))
-    integer :: node, k
+    real(wp) :: along(6, size(mass%missing, 3)), of_node(3)
+    integer :: node, k, i
 
     f = 0.0_wp
     along = 0.0_wp
     do node = 1, size(a, 2)
       if (mass%piece(node) == 0) cycle
+      of_node = 0.0_wp
       do k = mass%first(node), mass%first(node + 1) - 1
-        f(:, node) = f(:, node) + mass%value(k)*a(:, mass%other(k))
+        of_node = of_node + mass%value(k)*a(:, mass%other(k))
       end do
-      associate (of_piece => along(:, mass%piece(node)))
-        of_piece = of_piece + matmul(a(:, node), mass%pattern(:, :, node))
+      f(:, node) = of_node
+      associate (of_piece => along(:, mass%piece(node)), pattern => mass%pattern(:, :, node))
+        do i = 1, 6
+          of_piece(i) = of_piece(i) + dot_product(a(:, node), pattern(:, i))
+        end do
       end associate
     end do
     do k = 1, size(along, 2)

@@ -118,7 +118,7 @@ contains
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
     call set_gaps(scene, points, increment, now, solver)
-    call begin_inertia(scene, solver, old, increment, error)
+    call begin_inertia(scene, points, solver, old, increment, error)
     if (allocated(error)) return
     call begin_trial(scene, now, solver, old, increment, trial)
     associate (motions => solver%body%motions)

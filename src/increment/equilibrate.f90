@@ -65,6 +65,7 @@ contains
     is_missed = .false.
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
+    if (allocated(solver%begun)) call move_alloc(solver%begun, loop%begun)
     loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
       loop%i = loop%i + 1

@@ -16,7 +16,7 @@ module newmark_mod
   use damping_mod, only: damping_force
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: nodal_forces
-  use stiffness_inverse_mod, only: apply_inverse
+  use stiffness_inverse_mod, only: apply_inverse, begin_inverse, abandon_inverse
   use increment_forces_mod, only: imposed_t
   use load_response_mod, only: sum_patterns, impose_loads, prescribed_displacement, prescribed_rate
   use dynamic_step_mod, only: goes_on
@@ -343,14 +343,15 @@ contains
   end subroutine clear_dependent
 
   !> Where the increment would go without forces, what is left of those of its beginning, and the
-  !> displacement that both make.
-  subroutine begin_inertia(scene, solver, old, increment, error)
+  !> displacement that both make: before flat obstacles that of the interface is enough for contact.
+  subroutine begin_inertia(scene, points, solver, old, increment, error)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, scene%mesh%n_nodes) :: u, first
+    real(wp), dimension(3, scene%mesh%n_nodes) :: u, first, force
     real(wp), allocatable :: answer(:, :, :)
 
     if (.not. allocated(solver%body%inertia)) return
@@ -368,11 +369,21 @@ contains
       solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
       ! At finite strain iterations begin where the increment does.
       if (.not. is_linear(scene)) return
-      call apply_inverse(solver%body%inverse, reshape(solver%left_over + inertia%factor* &
-        times_mass(inertia%mass, solver%predictor) + damping_by(scene, solver, solver%earlier), &
-        [3, size(u, 2), 1]), answer, error)
-      if (.not. allocated(error)) solver%by_inertia = answer(:, :, 1)
+      force = solver%left_over + inertia%factor*times_mass(inertia%mass, solver%predictor) + &
+        damping_by(scene, solver, solver%earlier)
     end associate
+    if (allocated(solver%begun)) then
+      ! Of an increment that was given up.
+      call abandon_inverse(solver%body%inverse)
+      deallocate (solver%begun)
+    end if
+    if (any(points%is_curved)) then
+      call apply_inverse(solver%body%inverse, reshape(force, [3, size(u, 2), 1]), answer, error)
+      if (.not. allocated(error)) solver%by_inertia = answer(:, :, 1)
+    else
+      call begin_inverse(solver%body%inverse, force, solver%begun, u, error)
+      if (.not. allocated(error)) solver%by_inertia = u
+    end if
   end subroutine begin_inertia
 
   !> The forces of inertia and damping, less what is left of the beginning's, as a part of the

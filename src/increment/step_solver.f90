@@ -62,6 +62,9 @@ module step_solver_mod
     real(wp), allocatable :: earlier(:, :)
     !! (3,n_nodes) what the velocities of damping are less than by its displacements [length/time]
     real(wp), allocatable :: by_inertia(:, :) !! (3,n_nodes) displacement by both [length]
+    real(wp), allocatable :: begun(:)
+    !! (n_interface) the same, where it is that of the interface alone: that of the interior comes
+    !! with what reactions do to it [length]
     real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
   end type step_solver_t
 
