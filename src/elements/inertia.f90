@@ -2,12 +2,14 @@
 !> forces of inertia among its loads. docs/theory.md, section 13.
 module inertia_mod
   use kinds_mod, only: wp
-  use mass_matrix_mod, only: mass_t, times_mass
-  use damping_mod, only: damping_t
+  use mesh_mod, only: mesh_t
+  use mass_matrix_mod, only: mass_t, times_mass, diagonal_of
+  use damping_mod, only: damping_t, damping_force
   implicit none
   private
 
-  public :: inertia_t, new_inertia, inertial_force, mass_factors, earlier_part
+  public :: inertia_t, new_inertia, force_of_inertia, change_of_inertia, rounding_of_inertia, &
+    mass_factors, earlier_part
 
   real(wp), parameter :: newest = 1.5_wp
   !! share of the last mean velocity in that of damping; the one before has the rest [-]
@@ -42,15 +44,38 @@ contains
     inertia%slope = newest/dt
   end function new_inertia
 
-  !> The force of inertia of displacements that are not those of the predictor, as a part of the
+  !> The forces of inertia and damping, less what is left of the beginning's, as a part of the
   !> internal force.
-  pure function inertial_force(inertia, u, predictor) result(f)
+  pure function force_of_inertia(mesh, inertia, predictor, left_over, earlier, u) result(f)
+    type(mesh_t), intent(in) :: mesh
     type(inertia_t), intent(in) :: inertia
-    real(wp), intent(in) :: u(:, :), predictor(:, :) !! (3,n_nodes) [length]
-    real(wp) :: f(3, size(u, 2))                     !! [force]
+    real(wp), intent(in) :: predictor(:, :) !! (3,n_nodes) displacement without it [length]
+    real(wp), intent(in) :: left_over(:, :) !! (3,n_nodes) loads by forces of the beginning [force]
+    real(wp), intent(in) :: earlier(:, :)   !! (3,n_nodes) as of earlier_part [length/time]
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp) :: f(3, size(u, 2))            !! [force]
 
-    f = inertia%factor*times_mass(inertia%mass, u - predictor)
-  end function inertial_force
+    f = inertia%factor*times_mass(inertia%mass, u - predictor) - left_over + damping_force( &
+      inertia%damping, mesh, inertia%mass, inertia%slope*u - earlier)
+  end function force_of_inertia
+
+  !> What it changes by with displacements, where nothing is damped by its strains.
+  pure function change_of_inertia(inertia, u) result(f)
+    type(inertia_t), intent(in) :: inertia
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp) :: f(3, size(u, 2))            !! [force]
+
+    f = spread(mass_factors(inertia), 1, 3)*times_mass(inertia%mass, u)
+  end function change_of_inertia
+
+  !> How well it is known, of places that are rounded.
+  pure function rounding_of_inertia(inertia, u) result(rounding)
+    type(inertia_t), intent(in) :: inertia
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp) :: rounding(size(u, 2))        !! [force]
+
+    rounding = 8.0_wp*epsilon(1.0_wp)*inertia%factor*maxval(abs(u))*diagonal_of(inertia%mass)
+  end function rounding_of_inertia
 
   !> What the mass of each node is multiplied by in the stiffness, with its part of the damping.
   pure function mass_factors(inertia) result(factor)

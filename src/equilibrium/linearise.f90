@@ -13,7 +13,8 @@ module linearise_mod
   use bodies_mod, only: find_tangent_force
   use turning_couplings_mod, only: coupling_stiffness
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_terms_of, to_equations, to_nodes
-  use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
+  use assembly_mod, only: triplets_t, assemble_stiffness, add_mass, diagonal_of
+  use inertia_mod, only: change_of_inertia
   use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses, &
     mean_stiffnesses
   use point_rows_mod, only: point_row_t
@@ -124,6 +125,8 @@ contains
     call coupled_nodes(scene%mesh, now%constraints, start, neighbours)
     call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, of%k, &
       tangent=tangent_here(task, now))
+    if (allocated(task%inertia)) call add_mass(scene%mesh, task%inertia, map, start, neighbours, &
+      of%k)
     allocate (of%diagonal(3, scene%mesh%n_nodes))
     call to_nodes(map, abs(diagonal_of(of%k)), of%diagonal)
   end subroutine find_bodies_stiffness
@@ -195,6 +198,8 @@ contains
       allocate (added(3, scene%mesh%n_nodes, 1))
       call find_tangent_force(scene, reshape(system%known, shape(added)), added, &
         tangent_here(task, now))
+      if (allocated(task%inertia)) added(:, :, 1) = added(:, :, 1) + change_of_inertia( &
+        task%inertia, system%known)
       system%force = system%force - added(:, :, 1)
     end if
     system%a%row = [integer ::]

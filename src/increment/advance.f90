@@ -132,7 +132,8 @@ contains
     new = old
     call mark_end(increment, new)
     new%reaction = reaction
-    is_in_motion = allocated(solver%body%inertia) .and. .not. (is_given .or. is_linear(scene))
+    is_in_motion = allocated(solver%body%inertia) .and. .not. (is_given .or. is_linear(scene) .or. &
+      is_together(scene, solver))
     if (is_in_motion) then
       call begin_in_motion(scene, now, solver, old, trial, error)
     else if (.not. is_given) then

@@ -24,6 +24,7 @@ module balance_together_mod
   use find_equilibrium_mod, only: find_equilibrium
   use closed_points_mod, only: stay_closed, keep_closed
   use step_solver_mod, only: step_solver_t
+  use newmark_mod, only: inertia_at
   use trial_mod, only: trial_t
   use turned_bodies_mod, only: begin_where_turned
   use equilibrate_mod, only: equilibrate, refuse_passed
@@ -92,6 +93,12 @@ contains
     task%free = trial%free
     task%rotation = trial%rotation
     if (has_turning(scene)) task%turned_from = trial%turned_from
+    if (allocated(solver%body%inertia)) then
+      task%inertia = solver%body%inertia
+      task%predictor = solver%predictor
+      task%left_over = solver%left_over
+      task%earlier = solver%earlier
+    end if
     task%began = trial%began
     if (allocated(trial%placement%weights%alone)) task%began%weights%alone = &
       trial%placement%weights%alone
@@ -111,6 +118,7 @@ contains
     call find_equilibrium(scene, points, task, solver%body, new, found, report, error)
     if (allocated(error)) return
     trial%forces = found%forces
+    if (allocated(task%inertia)) trial%of_inertia = inertia_at(scene, solver, new%displacement)
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
     slack = 10.0_wp*trial%controls%tolerance*maxval(abs(new%displacement)) + rounding_of_places( &

@@ -15,6 +15,7 @@ module equilibrate_mod
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
     ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use mesh_forces_mod, only: force_rounding
+  use inertia_mod, only: rounding_of_inertia
   use finite_forces_mod, only: tangent_t
   use stiffness_inverse_mod, only: abandon_inverse
   use passed_obstacles_mod, only: find_passed, part_that_would_do
@@ -23,7 +24,6 @@ module equilibrate_mod
   use follow_bodies_mod, only: farthest_point
   use closed_points_mod, only: keep_closed
   use step_solver_mod, only: step_solver_t
-  use newmark_mod, only: rounding_of_inertia
   use trial_mod, only: trial_t
   use renew_tangent_mod, only: renew_tangent
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
@@ -115,7 +115,7 @@ contains
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       if (allocated(solver%body%inertia)) trial%forces%rounding = trial%forces%rounding + &
-        rounding_of_inertia(solver, new%displacement)
+        rounding_of_inertia(solver%body%inertia, new%displacement)
       call find_residual(scene, solver%body%constraints, pressed, new%displacement, trial, &
         trial%controls%tolerance < solver%choices%tolerance, residual, loop)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)

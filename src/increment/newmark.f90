@@ -11,7 +11,7 @@ module newmark_mod
   use bodies_mod, only: find_internal_force, is_linear
   use expansion_mod, only: find_free_strain
   use mass_matrix_mod, only: times_mass, diagonal_of
-  use inertia_mod, only: inertial_force, earlier_part
+  use inertia_mod, only: force_of_inertia, earlier_part
   use own_inertia_mod, only: expect_energies
   use damping_mod, only: damping_force
   use placement_mod, only: placement_t, place_state
@@ -25,7 +25,7 @@ module newmark_mod
   private
 
   public :: begins_anew, begin_motion, error_in_time, watch_inertia, begin_inertia, inertia_at, &
-    rounding_of_inertia, end_inertia, come_to_rest
+    end_inertia, come_to_rest
 
 contains
 
@@ -394,8 +394,8 @@ contains
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     real(wp) :: f(3, size(u, 2))          !! [force]
 
-    f = inertial_force(solver%body%inertia, u, solver%predictor) - solver%left_over + damping_by( &
-      scene, solver, solver%body%inertia%slope*u - solver%earlier)
+    f = force_of_inertia(scene%mesh, solver%body%inertia, solver%predictor, solver%left_over, &
+      solver%earlier, u)
   end function inertia_at
 
   !> The forces of damping by velocities.
@@ -407,16 +407,6 @@ contains
 
     f = damping_force(solver%body%inertia%damping, scene%mesh, solver%body%inertia%mass, v)
   end function damping_by
-
-  !> How well it is known, of places that are rounded.
-  pure function rounding_of_inertia(solver, u) result(rounding)
-    type(step_solver_t), intent(in) :: solver
-    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    real(wp) :: rounding(size(u, 2))      !! [force]
-
-    rounding = 8.0_wp*epsilon(1.0_wp)*solver%body%inertia%factor*maxval(abs(u))* &
-      diagonal_of(solver%body%inertia%mass)
-  end function rounding_of_inertia
 
   !> Velocities and accelerations at the end of the increment, and the forces that they answer.
   subroutine end_inertia(scene, solver, old, of_inertia, internal, pressed, external, new)

@@ -1,7 +1,7 @@
 !> What dynamic steps do not cover.
 module dynamic_limits_mod
   use kinds_mod, only: wp
-  use controls_mod, only: is_exact, is_bounded
+  use controls_mod, only: is_exact, is_bounded, solver_auto
   use scene_mod, only: scene_t
   implicit none
   private
@@ -21,8 +21,9 @@ contains
       what = 'couplings that turn at finite strain'
     else if (scene%finite_strain .and. any(scene%materials%stiffness_damping > 0.0_wp)) then
       what = 'BETA of *DAMPING at finite strain'
-    else if (scene%finite_strain .and. scene%precision%renews_tangent) then
-      what = 'TANGENT=NEWTON'
+    else if (scene%finite_strain .and. scene%precision%renews_tangent .and. &
+        scene%contact%solver /= solver_auto) then
+      what = 'TANGENT=NEWTON with a SOLVER of *CONTACT SOLVER'
     else if (scene%accuracy%chooses_theory) then
       what = 'NLGEOM=AUTO'
     else if (scene%precision%iterative) then

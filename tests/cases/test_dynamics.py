@@ -90,6 +90,11 @@ def spin(n=2, increments=150, each=math.pi / 200, cards=""):
     )  # fmt: skip
 
 
+def together(deck):
+    """Return the deck with displacements and reactions found together."""
+    return deck.replace("*STEP", "*BODY SOLVER, TANGENT=NEWTON\n*STEP", 1)
+
+
 def by_error(deck):
     """Return the deck with increments by their error in time."""
     return deck.replace("*DYNAMIC, DIRECT", "*DYNAMIC")
@@ -178,7 +183,8 @@ class Histories(DynamicCase):
             "bar": bar(), "slide": slide(), "held": held(), "bounce": bounce(), "shaken": shaken(),
             "rubber": rubber(), "spin": spin(),
         }  # fmt: skip
-        for name, deck in decks.items():
+        ways = [*decks.items(), *((name, together(decks[name])) for name in ("rubber", "spin"))]
+        for name, deck in ways:
             with self.subTest(name), self.solve(deck) as result:
                 known = np.array(REFERENCE[name]["rows"])
                 every = REFERENCE[name]["every"]
@@ -402,6 +408,30 @@ class ClosedForms(DynamicCase):
                 right.append(angle)
         self.assertGreater(max(right), 3.0)
         self.assertLess(abs(found - right).max(), 0.01)
+
+    def test_both_ways_to_balance_are_one(self):
+        """With supports that move, damping, and a body that lands on its edge."""
+        faces = ", ".join(f"B-{side}" for side in ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"))
+        edge = (
+            spin(3, 30, 0.01, "*SURFACE, NAME=ALL, COMBINE=UNION\n" + faces + "\n"
+                 "*OBSTACLE, NAME=WALL, TYPE=PLANE\n-0.1, 0., -0.1, 1., 0., 1.\n"
+                 "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.3\n"
+                 "*CONTACT PAIR, INTERACTION=I\nALL, WALL\n")
+            .replace("100.0, 0.3", "1000.0, 0.3")
+            .replace("*NODE FILE", weight((-10.0, 0, -10.0)) + "*NODE FILE")
+        )  # fmt: skip
+        damped = finite(shaken()).replace("*DENSITY", "*DAMPING, ALPHA=2.\n*DENSITY")
+        for name, deck in {"edge": edge, "shaken": damped}.items():
+            with self.subTest(name), self.solve(deck) as one, self.solve(together(deck)) as other:
+                self.assertGreater(one.pairs[0].resultant[:, 2].max(), 1.0)
+                u = one.field("displacement")
+                np.testing.assert_allclose(
+                    other.field("displacement"), u, atol=1e-7 * abs(u).max()
+                )
+                np.testing.assert_allclose(
+                    other.pairs[0].resultant, one.pairs[0].resultant,
+                    atol=1e-6 * abs(one.pairs[0].resultant).max(),
+                )  # fmt: skip
 
     def test_a_cube_tumbles(self):
         """It lands on a corner, slides and turns, on faces all of which may touch."""
@@ -714,7 +744,9 @@ class Steps(DynamicCase):
             self.assertLess(result.history("energy/kinetic")[-1], 1e-16)
 
     def test_a_continued_run_is_the_same_to_the_bit(self):
-        for deck, at in ((slide(), "20"), (by_error(slide(dt=0.02)), "1"), (rubber(), "50")):
+        decks = ((slide(), "20"), (by_error(slide(dt=0.02)), "1"), (rubber(), "50"),
+                 (together(rubber()), "51"))  # fmt: skip
+        for deck, at in decks:
             with self.subTest(at), self.solve(deck) as once, self.solve(
                 deck, "--continue", ended_at=("1", at)
             ) as twice:
@@ -787,6 +819,10 @@ class Refused(unittest.TestCase):
     def test_what_is_not_covered_is_named(self):
         deck = slide(period=0.02)
         self.refuse(finite(deck).replace("NLGEOM", "NLGEOM=AUTO"), "does not cover NLGEOM=AUTO")
+        self.refuse(
+            together(finite(deck)).replace("*BODY", "*CONTACT SOLVER, SOLVER=SWEEPS\n*BODY"),
+            "does not cover TANGENT=NEWTON with a SOLVER of *CONTACT SOLVER",
+        )
         self.refuse(deck, "an accuracy on a mesh that is kept", 1, "--accuracy", "0.1", "--refine",
                     "0")  # fmt: skip
         self.refuse(deck, "bounds of time and memory", 1, "--time", "10")
