@@ -6,7 +6,7 @@ module contact_interface_mod
   use loads_mod, only: interference_t, amplitude_range
   use obstacles_mod, only: ref_nodes
   use connectivity_mod, only: corners_in
-  use pair_faces_mod, only: touches_itself
+  use pair_faces_mod, only: nodes_of_faces, touches_itself
   use surfaces_mod, only: all_nodes_of, nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
@@ -319,10 +319,8 @@ contains
       is_turned = .true.
       if (may_turn_to(scene, pair)) then
         is_turned = .false.
-        associate (faces => all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces(:, &
-                   faces_towards(scene, pair)), scene%mesh%connectivity))
-          is_turned(pack(faces, faces > 0)) = .true.
-        end associate
+        is_turned(nodes_of_faces(scene, scene%surfaces(scene%pairs(pair)%surface)%faces(:, &
+          faces_towards(scene, pair)))) = .true.
       end if
       do i = points%first(pair), points%first(pair + 1) - 1
         body = scene%mesh%body(points%node(i))

@@ -10,7 +10,7 @@ module pair_faces_mod
   private
 
   public :: touches_itself, can_touch, slave_faces, master_faces, slave_nodes, master_nodes, &
-    is_of_slave
+    is_of_slave, nodes_of_faces
 
   integer, parameter :: slave = 1, master = 2 !! as of own_sides_t
 
@@ -92,6 +92,7 @@ contains
       pair))
   end function master_nodes
 
+  !> The nodes of faces, ascending, each once.
   pure function nodes_of_faces(scene, faces) result(nodes)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: faces(:, :)   !! (2,n) element, face
