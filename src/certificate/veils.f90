@@ -69,16 +69,19 @@ contains
     real(wp), intent(in) :: least        !! as of draw [length^2]
     type(triangle_t), allocatable, intent(inout) :: triangles(:)
     type(triangle_t), allocatable, intent(inout), optional :: taken(:) !! gets that
-    type(triangle_t), allocatable :: left(:), inside(:), outside(:), rest(:)
-    integer :: i, k, limit
+    type(triangle_t), allocatable :: inside(:), outside(:), rest(:), left(:), within(:)
+    logical :: is_cut(size(triangles))
+    integer :: n_left, n_within, i, k, limit
 
-    if (.not. any([(reaches(limits, triangles(i)), i=1, size(triangles))])) return
-    allocate (left(0))
     do i = 1, size(triangles)
-      if (.not. reaches(limits, triangles(i))) then
-        left = [left, triangles(i)]
-        cycle
-      end if
+      is_cut(i) = reaches(limits, triangles(i))
+    end do
+    if (.not. any(is_cut)) return
+    n_left = 0
+    n_within = 0
+    allocate (left(count(is_cut)), within(count(is_cut)))
+    do i = 1, size(triangles)
+      if (.not. is_cut(i)) cycle
       allocate (inside, source=triangles(i:i))
       allocate (outside(0))
       do limit = 1, 6
@@ -88,16 +91,28 @@ contains
         end do
         call move_alloc(rest, inside)
       end do
-      if (size(inside) > 0) then
-        left = [left, outside]
-        if (present(taken)) taken = [taken, inside]
-      else
-        left = [left, triangles(i)]
+      is_cut(i) = size(inside) > 0
+      if (is_cut(i)) then
+        call append(outside, left, n_left)
+        call append(inside, within, n_within)
       end if
       deallocate (inside, outside)
     end do
-    call move_alloc(left, triangles)
+    if (n_within == 0) return
+    triangles = [pack(triangles, .not. is_cut), left(:n_left)]
+    if (present(taken)) taken = [taken, within(:n_within)]
   end subroutine take
+
+  !> Add triangles to the first n of a list.
+  pure subroutine append(new, list, n)
+    type(triangle_t), intent(in) :: new(:)
+    type(triangle_t), allocatable, intent(inout) :: list(:) !! room for n or more
+    integer, intent(inout) :: n
+
+    if (n + size(new) > size(list)) list = [list, new, list]
+    list(n + 1:n + size(new)) = new
+    n = n + size(new)
+  end subroutine append
 
   !> Whether some of a triangle may be within all limits: else the veil hides nothing of it.
   pure logical function reaches(limits, triangle)
