@@ -10,13 +10,14 @@ module bodies_inside_mod
     depth_below, find_piercing
   use outer_edges_mod, only: edges_t, edges_of, way_inwards, rises, within
   use lists_mod, only: columns_with, lists_t
+  use pair_faces_mod, only: touches_itself
   use scene_mod, only: scene_t
   use small_matrix_mod, only: cross
   use surfaces_mod, only: all_nodes_of
   implicit none
   private
 
-  public :: inside_t, find_inside
+  public :: inside_t, find_inside, fold_on_themselves
 
   !> A place inside a body.
   type :: inside_t
@@ -40,7 +41,7 @@ module bodies_inside_mod
     real(wp), allocatable :: rise(:)     !! (n_faces) of `rises` [length]
     integer,  allocatable :: skipped(:, :) !! (2,n) pieces that may be in each other
     logical :: is_first_enough = .false. !! any place will do
-    logical :: folds = .false.           !! bodies may touch themselves
+    logical,  allocatable :: folds(:)    !! (n_pieces) as of `fold_on_themselves`
     logical :: skips_found = .false.     !! pieces found in each other are skipped, and no place is
     type(inside_t) :: of_no_pair         !! the first place that is found so where no pair has faces
     real(wp) :: allowed = 0.0_wp         !! depth that is none [length]
@@ -78,7 +79,7 @@ contains
     call make_hulls(scene%mesh, scene%mesh%coordinates + u, now%hulls)
     now%ends_step = ends_step
     now%allowed = least + within*now%hulls%extent
-    now%folds = allocated(scene%may_overlap) .or. allocated(points%own_sides)
+    now%folds = fold_on_themselves(scene, points)
     allocate (now%entered(size(scene%pairs)), source=0.0_wp)
     allocate (now%presses(0:scene%mesh%n_nodes), source=.false.)
     allocate (now%extra_gap(0:scene%mesh%n_nodes), source=0.0_wp)
@@ -130,6 +131,28 @@ contains
     beside(0) = .false.
   end subroutine find_neighbours
 
+  !> Which bodies contact keeps from going through themselves: all where everything may touch, and
+  !> those with a surface that touches itself, but for what the deck lets overlap or has removed.
+  pure function fold_on_themselves(scene, points) result(fold)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical :: fold(scene%mesh%n_pieces)
+    integer, allocatable :: free(:, :) !! (2,n)
+    integer :: p, k
+
+    fold = allocated(scene%may_overlap)
+    do p = 1, size(scene%pairs)
+      if (.not. touches_itself(points, p)) cycle
+      associate (piece => scene%mesh%piece(scene%surfaces(scene%pairs(p)%surface)%nodes))
+        fold = fold .or. [(any(piece == k), k=1, size(fold))]
+      end associate
+    end do
+    free = removed_pieces(scene, points)
+    do k = 1, size(free, 2)
+      if (free(1, k) == free(2, k)) fold(free(1, k)) = .false.
+    end do
+  end function fold_on_themselves
+
   !> Pieces that the deck lets overlap, and those whose pair a *STEP has removed.
   pure function removed_pieces(scene, points) result(pieces)
     type(scene_t), intent(in) :: scene
@@ -176,7 +199,7 @@ contains
         if (look%is_first_enough .and. deepest%node > 0) return
       end do
     end if
-    if (look%folds) call find_enclosed(scene, edges, look, deepest)
+    if (any(look%folds)) call find_enclosed(scene, edges, look, deepest)
     if (look%is_first_enough .and. deepest%node > 0) return
     if (scene%mesh%n_pieces < 2) return
     is_outer = .false.
@@ -208,7 +231,7 @@ contains
       if (any(is_crease(own))) cycle
       associate (node => edges%node(:, e), faces => edges%face(:, e))
         associate (piece => scene%mesh%piece(node(1)))
-          if (.not. is_looked_at(look, piece, piece)) cycle
+          if (.not. (look%folds(piece) .and. is_looked_at(look, piece, piece))) cycle
           place = 0.5_wp*sum(look%hulls%x(:, node), 2) + way_inwards(look%hulls, node, faces)
           call times_inside(look%hulls, place, times)
           if (times(piece) < 2) cycle

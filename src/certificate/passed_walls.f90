@@ -30,9 +30,10 @@ contains
   !> Places go straight from where they were to where they are: of a body that turns as a whole that
   !> is a turn with a change of size, in which nothing meets. Nodes and middles of faces are
   !> followed through the moving triangles of faces with which they have no node in common.
-  pure integer function passed_wall(mesh, old, new) result(node)
+  pure integer function passed_wall(mesh, old, new, folds) result(node)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: old(:, :), new(:, :) !! (3,n_nodes) displacements [length]
+    logical, intent(in) :: folds(:)              !! (n_pieces) others may go through themselves
     type(moving_t) :: moving
     real(wp) :: way(3, 2)
     logical :: is_done(mesh%n_nodes)
@@ -43,6 +44,7 @@ contains
     call make_moving(mesh, old, new, moving)
     is_done = .false.
     do f = 1, size(mesh%skin, 2)
+      if (.not. folds(moving%before%piece(f))) cycle
       associate (nodes => mesh%skin(:corners_in(mesh%skin(:, f)), f))
         way = reshape([middle_of(moving%before, f), middle_of(moving%after, f)], [3, 2])
         if (goes_through(moving, f, nodes, way)) node = nodes(1)

@@ -31,7 +31,7 @@ module judge_increment_mod
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
-  use bodies_inside_mod, only: find_inside, inside_t
+  use bodies_inside_mod, only: find_inside, fold_on_themselves, inside_t
   use passed_walls_mod, only: passed_wall
   use unfelt_overlaps_mod, only: find_unfelt_overlap, fits_of_pairs, turns_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
@@ -262,7 +262,7 @@ contains
     real(wp), allocatable :: places(:, :) !! (3,n_nodes) of faces [length]
     real(wp) :: allowed(size(scene%pairs)) !! [length]
     real(wp) :: least                      !! [length]
-    logical :: is_missed, touches_itself
+    logical :: is_missed, folds(scene%mesh%n_pieces)
     integer :: passed !! node
 
     associate (u => solved%state%displacement, increment => solved%increment)
@@ -286,22 +286,21 @@ contains
       end if
       ! Within a *STEP none is on its way where everything may touch, or a body itself: what is
       ! inside has passed a surface.
-      touches_itself = allocated(scene%may_overlap) .or. allocated(plan%points%own_sides)
-      if (touches_itself) then
-        passed = passed_wall(scene%mesh, old%displacement, u)
+      folds = fold_on_themselves(scene, plan%points)
+      if (any(folds)) then
+        passed = passed_wall(scene%mesh, old%displacement, u, folds)
         if (passed > 0) then
           call refuse_folded_through(scene, increment, passed, error)
           return
         end if
-      else if (.not. increment%last_of_step) then
-        return
       end if
+      if (.not. (any(folds) .or. allocated(scene%may_overlap) .or. increment%last_of_step)) return
       call find_inside(scene, plan%points, solved%report%contact, u, least, &
         increment%last_of_step, inside, in_mesh)
       if (increment%step == 1 .and. increment%last_of_step .and. in_mesh%node > 0) call &
         note_inside(scene, increment, in_mesh, notes, ', in the mesh of the deck already')
       if (inside%node == 0) return
-      if (allocated(scene%may_overlap) .or. inside%pair > 0 .or. (touches_itself .and. &
+      if (allocated(scene%may_overlap) .or. inside%pair > 0 .or. (folds(inside%piece) .and. &
         scene%mesh%piece(inside%node) == inside%piece)) then
         call refuse_inside(scene, increment, inside, error)
       else if (increment%last_of_step) then

@@ -240,6 +240,18 @@ class Self(unittest.TestCase):
             force.append([p.normal_sum[-1] for p in run.result().pairs.values()][-1])
         self.assertAlmostEqual(force[0] / force[1], 1, delta=1e-7)
 
+    def test_what_may_go_through_itself(self):
+        """What the deck excludes from itself, or removes, is none that contact has missed."""
+        through = "TIP, 2, 2, -0.12", "TIP, 2, 2, -2.5"
+        removed = "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nSKIN, SKIN\n*STATIC, DIRECT\n1., 1."
+        once = "*STATIC, DIRECT\n1., 1."
+        for contact, step, status in ((GENERAL + "*CONTACT EXCLUSIONS\nSKIN, SKIN\n", once, 0),
+                                      (pair("SKIN, SKIN"), removed, 0),
+                                      (pair("SKIN, SKIN"), once, 2)):
+            deck = clip(contact).replace("*STATIC\n0.5, 1.", step).replace(*through)
+            run = Run(deck, name="deck")
+            self.assertEqual(run.status, status, run.errors + run.output)
+
     def test_one_name_is_the_surface_with_itself(self):
         itself, _ = self.solve(clip(pair("SKIN")))
         self.assertEqual(list(itself.pairs), ["SKIN:SKIN"])
