@@ -168,7 +168,8 @@ contains
   !> At finite strain: the factor of the tangent that a state says, and what loads do by it; where
   !> that is not positive definite, with so much left out of what is negative in the elements' that
   !> it is. Where nothing helps, as in elements that are all but flat, the one before stays. A body
-  !> that has turned answers to its loads as it stands.
+  !> that has turned answers to its loads as it stands. With inertia what has to be left out depends
+  !> on the length of increments: a run that is continued begins with the one that it had.
   subroutine take_tangent(scene, points, state, solver, is_taken, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -181,6 +182,12 @@ contains
 
     if (allocated(solver%body%tangent)) before = solver%body%tangent
     before_of = solver%body%made_after
+    if (allocated(solver%body%inertia)) then
+      associate (inertia => solver%body%inertia, dt => state%tangent_dt)
+        if (dt > 0.0_wp) inertia = new_inertia(inertia%mass, inertia%damping, inertia%alpha, dt)
+        dt = inertia%dt
+      end associate
+    end if
     call find_tangent(scene, state, tangent)
     call linearise_definite(scene, points, tangent, solver, is_taken, error)
     if (allocated(tangent)) state%tangent_projection = tangent%projection

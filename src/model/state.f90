@@ -51,6 +51,8 @@ module state_mod
     real(wp), allocatable :: tangent_at(:, :)
     !! (3, n_nodes) the displacement there; not allocated: none [length]
     real(wp) :: tangent_projection = 0.0_wp !! of the tangent there, as of tangent_t [-]
+    real(wp) :: tangent_dt = 0.0_wp
+    !! in a dynamic *STEP the length of the increments that it was taken for; 0: it is to be [time]
     integer  :: tangent_step = 0         !! its *STEP and position, for the temperatures there
     integer(i8) :: tangent_position = 0
     real(wp), allocatable :: slip(:, :)
@@ -111,6 +113,7 @@ contains
     end associate
     state%tangent_of = state%increments_done
     state%tangent_at = state%displacement
+    state%tangent_dt = 0.0_wp
     state%tangent_step = state%step
     state%tangent_position = state%position
     state%first_forces = 0
@@ -139,6 +142,7 @@ contains
     call archive(list, state%first_forces)
     call archive(list, state%tangent_at)
     call archive(list, state%tangent_projection)
+    call archive(list, state%tangent_dt)
     call archive(list, state%tangent_step)
     call archive(list, state%tangent_position)
     call archive(list, state%slip)

@@ -261,6 +261,8 @@ contains
       else if (report%force_evaluations + report%products > max(few, new%first_forces + &
         longer)) then
         call keep_tangent(new)
+        ! A run that is continued here begins with the deck's.
+        if (allocated(solver%body%inertia)) new%tangent_dt = solver%body%inertia%dt
       end if
     end associate
   end subroutine follow_tangent

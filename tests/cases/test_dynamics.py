@@ -90,6 +90,18 @@ def spin(n=2, increments=150, each=math.pi / 200, cards=""):
     )  # fmt: skip
 
 
+def column():
+    """Return the deck of a column that buckles: its tangent is definite in short increments."""
+    return finite(
+        block("B", (0, 0, 0), (0.2, 0.2, 4.0), (1, 1, 16))
+        + MATERIAL.format(1000.0, 0.3).replace("ELASTIC", "ELASTIC, LAW=NEO HOOKE")
+        .replace("\n1.\n", "\n0.01\n")
+        + "*AMPLITUDE, NAME=A\n0., 0., 0.1, 1., 10., 1.\n*STEP\n*DYNAMIC\n0.1, 0.4\n"
+        "*BOUNDARY, AMPLITUDE=A\nB-ZMAX, 3, 3, -0.2\n*BOUNDARY\nB-ZMIN, 1, 3\nB-ZMAX, 1, 2\n"
+        + weight((0.5, 0, 0)) + "*END STEP\n"
+    )  # fmt: skip
+
+
 def together(deck):
     """Return the deck with displacements and reactions found together."""
     return deck.replace("*STEP", "*BODY SOLVER, TANGENT=NEWTON\n*STEP", 1)
@@ -745,7 +757,7 @@ class Steps(DynamicCase):
 
     def test_a_continued_run_is_the_same_to_the_bit(self):
         decks = ((slide(), "20"), (by_error(slide(dt=0.02)), "1"), (rubber(), "50"),
-                 (together(rubber()), "51"))  # fmt: skip
+                 (together(rubber()), "51"), (column(), "129"), (column(), "133"))  # fmt: skip
         for deck, at in decks:
             with self.subTest(at), self.solve(deck) as once, self.solve(
                 deck, "--continue", ended_at=("1", at)
