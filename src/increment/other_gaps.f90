@@ -8,10 +8,12 @@ module other_gaps_mod
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, solver_auto
   use increment_report_mod, only: contact_fields_t
-  use problem_mod, only: contact_report_t, pack_rows, product_with_w
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, product_with_w
   use floating_mod, only: shift_of
   use floating_centre_mod, only: drift_t
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t, count_rows
+  use compliance_mod, only: is_map
+  use formed_compliance_mod, only: form_compliance
   use step_solver_mod, only: step_solver_t
   use solve_reactions_mod, only: solve_for_least
   implicit none
@@ -22,6 +24,7 @@ module other_gaps_mod
   real(wp), parameter :: sharp_enough = 1.0e-5_wp
   !! residual: of what the gaps change one digit is asked for [-]
   integer, parameter :: most_sweeps = 500
+  integer, parameter :: products_of_motion = 100 !! that a search for free motions takes, and more
 
 contains
 
@@ -54,12 +57,36 @@ contains
         if (.not. ok) return
         n = size(group%active)
         r(:, :n) = contact%reaction(:, group%active)
-        call react(group, controls, contact, change(group%active), r(:, :n), ok)
+        if (takes_many_products(group)) then
+          call react(formed(group), controls, contact, change(group%active), r(:, :n), ok)
+        else
+          call react(group, controls, contact, change(group%active), r(:, :n), ok)
+        end if
         reaction(:, group%active) = r(:, :n)
       end associate
       if (.not. ok) return
     end do
   end subroutine react_to_gaps
+
+  !> Whether a search for the free motions takes more products with W, of which each is a solution
+  !> with the factor, than W has columns.
+  pure logical function takes_many_products(group)
+    type(contact_group_t), intent(in) :: group
+
+    takes_many_products = is_map(group%problem%compliance) .and. group%problem%n_rows <= &
+      products_of_motion*size(group%motion)
+  end function takes_many_products
+
+  !> The group with its W formed, if there is memory for it.
+  type(contact_group_t) function formed(group)
+    type(contact_group_t), intent(in) :: group
+    type(contact_problem_t) :: dense
+    logical :: ok
+
+    formed = group
+    call form_compliance(group%problem, dense, ok)
+    if (ok) formed%problem = dense
+  end function formed
 
   !> The same of one group.
   subroutine react(group, controls, contact, change, r, ok)

@@ -45,6 +45,7 @@ module count_sizes_mod
     real(wp) :: nodes, elements, equations, interface, rows, points, entries, factor
     real(wp) :: element_work !! that internal forces are, in those of hexahedra of first order
     real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
+    real(wp) :: pairs = 0.0_wp
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: written = 0.0_wp !! increments, if they do not grow
@@ -90,6 +91,7 @@ contains
     sizes%cubes = sum(real(plan%blocks, wp)**3)
     sizes%rows = sum(real(plan%rows, wp))
     sizes%points = plan%points%n
+    sizes%pairs = size(scene%pairs)
     sizes%has_twins = has_twins(plan)
     ! A node of a large mesh of hexahedra has 27 neighbours, half of them in one triangle.
     sizes%neighbours = 27.0_wp*sizes%nodes

@@ -39,6 +39,11 @@ module estimate_time_mod
   real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
   real(wp), parameter :: start_of_increment = 0.25e-3_wp
   real(wp), parameter :: write_of_increment = 0.4e-3_wp !! some 50 small datasets, a flush
+  real(wp), parameter :: layout_of_pair = 5.0e-3_wp  !! its datasets and tables
+  real(wp), parameter :: start_of_equilibrium = 5.0e-3_wp
+  !! an iteration of free bodies at finite strain, however small: MUMPS analyses and factorises anew
+  real(wp), parameter :: entry_of_twins = 30.0e-9_wp
+  !! of W where nodes have many rows: it is formed, pages are cleared for it, and it is copied
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
@@ -107,12 +112,16 @@ contains
         sizes%factorisations*(sizes%element_work*1.5_wp*stiffness_time + body_time)
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%contact = seconds%contact + sizes%increments*newton_of_increment(sizes)/speed%flops
+      if (sizes%has_twins .and. sizes%is_dense) seconds%condense = seconds%condense + plain* &
+        entry_of_twins*sizes%rows**2
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
+      if (sizes%is_finite .and. sizes%motions > 0.0_wp) seconds%recover = seconds%recover + plain* &
+        start_of_equilibrium*sizes%increments*solutions_of_increment(sizes)
       seconds%shadow = seconds_of_shadows(sizes, speed, force_time, stiffness_time)
       if (sizes%shadows > 0.0_wp) seconds%recover = seconds%recover + seconds%shadow
-      seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
-        file%zeros/squeeze_zeros + file%dense/keep_rate)
+      seconds%write = plain*(sizes%pairs*layout_of_pair + sizes%increments*write_of_increment + &
+        file%varying/squeeze_rate + file%zeros/squeeze_zeros + file%dense/keep_rate)
     end subroutine sum_up
 
   end function seconds_of_run
