@@ -315,7 +315,7 @@ contains
     end do
     worst = maxloc(norm2(contact%reaction, 1), 1)
     associate (node => points%node(worst))
-      if (count(points%node == node) < 2) return
+      if (count(points%node == node) < 2 .or. .not. norm2(force(:, worst)) > 0.0_wp) return
       if (norm2([(sum(force(i, :), points%node == node), i = 1, 3)]) > &
         small*norm2(force(:, worst))) return
       words = '; node '//to_text(scene%mesh%node_id(node))//' is wedged: its reactions, up to '// &
