@@ -480,7 +480,7 @@ contains
     character(:), allocatable :: text
     integer, parameter :: width = 89
     character(width), parameter :: lines(*) = [character(width) :: &
-      'bipot: static contact with Coulomb friction of elastic solids, every increment certified', &
+      'bipot: contact with Coulomb friction of elastic solids, every increment certified', &
       '', &
       'usage: bipot DECK [options]', &
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s format', &

@@ -37,7 +37,7 @@ contains
     if (.not. ok) return
     along = matmul(e, u)
     where (abs(along) <= s*longest)
-      along = along/s
+      along = along/max(s, tiny(1.0_wp))
     else where
       along = sign(longest, along)
     end where
