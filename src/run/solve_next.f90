@@ -32,7 +32,8 @@ module solve_next_mod
   use transfer_mod, only: note_freedom
   use settled_cycles_mod, only: follow_cycle
   use interference_mod, only: has_interference, set_extra_gap
-  use checkpoint_mod, only: progress_t, enter_step
+  use checkpoint_mod, only: progress_t
+  use enter_step_mod, only: enter_step
   use refuse_unsolved_mod, only: is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
     note_turn, note_double, note_too_long
