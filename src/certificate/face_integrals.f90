@@ -25,7 +25,7 @@ module face_integrals_mod
     !! int N_a n, n of the master; of faces with mid-side nodes alone [length^2]
   end type shared_t
 
-  integer, parameter :: most = 17 !! corners that are collected, and one of a cut
+  integer, parameter :: most = 16 !! corners that are collected
   real(wp), parameter :: speck = 1.0e-6_wp
   !! of a face: a triangle that is not cut any more, but where cutting ends by itself [-]
   integer, parameter :: most_halvings = 60 !! of a triangle: then it is a speck, however large
@@ -50,8 +50,8 @@ contains
   !> The integrals over what parts of two faces share and see of each other; all 0 where they share
   !> nothing. Where either has mid-side nodes: over the slave where it lies above the plane, with
   !> the shape functions of the faces there.
-  pure function integrate_shared(slave_part, master_part, slave, master, veils, height, rounding, &
-    highest) result(shared)
+  pure function integrate_shared(slave_part, master_part, slave, master, veils, height, rounding) &
+    result(shared)
     real(wp), intent(in) :: slave_part(:, :), master_part(:, :)
     !! (2,3) or (2,4) corners in a plane, one after the other, either way round [length]
     real(wp), intent(in) :: slave(:, :), master(:, :)
@@ -60,8 +60,6 @@ contains
     type(veil_t), intent(in), optional :: veils(:) !! left out: none
     real(wp), intent(in), optional :: height(3)    !! of the master, as of draw
     real(wp), intent(in), optional :: rounding     !! likewise [length]
-    real(wp), intent(in), optional :: highest
-    !! what of the master is higher above the plane does not count [length]
     type(shared_t) :: shared
     real(wp) :: corner(2, most), mean(2), least, negligible
     logical :: is_polynomial
@@ -79,11 +77,6 @@ contains
     if (shared%folds) least = huge(least)
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
-    if (present(highest)) then
-      call cut_above(height, highest, corner, n)
-      if (n < 3) return
-      mean = sum(corner(:, :n), dim=2)/real(n, wp)
-    end if
     shared%outline = corner(:, :n)
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
     shared%seen = [(triangle_t(reshape([mean, corner(:, i), corner(:, 1 + mod(i, n))], [2, 3])), &
@@ -108,35 +101,6 @@ contains
       end associate
     end do
   end function integrate_shared
-
-  !> Take off a convex polygon what of it is where a plane is higher than it may be.
-  pure subroutine cut_above(height, highest, corner, n)
-    real(wp), intent(in) :: height(3)        !! of the plane, as of draw
-    real(wp), intent(in) :: highest          !! [length]
-    real(wp), intent(inout) :: corner(:, :)  !! (2,n) or more, in their order [length]
-    integer, intent(inout) :: n              !! corners
-    real(wp) :: left(2, n + 1), below(n + 1)
-    integer :: i, m
-
-    below(:n) = highest - height(1) - matmul(height(2:), corner(:, :n))
-    if (all(below(:n) >= 0.0_wp)) return
-    below(n + 1) = below(1)
-    m = 0
-    do i = 1, n
-      associate (here => corner(:, i), there => corner(:, 1 + mod(i, n)))
-        if (below(i) >= 0.0_wp) then
-          m = m + 1
-          left(:, m) = here
-        end if
-        if (min(below(i), below(i + 1)) < 0.0_wp .and. max(below(i), below(i + 1)) > 0.0_wp) then
-          m = m + 1
-          left(:, m) = here + below(i)/(below(i) - below(i + 1))*(there - here)
-        end if
-      end associate
-    end do
-    n = m
-    corner(:, :n) = left(:, :n)
-  end subroutine cut_above
 
   !> What of a face its nodes have, int N_a over it, or over what of it lies in a plane.
   pure subroutine integrate_nodes(x, normal, area)

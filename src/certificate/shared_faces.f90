@@ -504,7 +504,7 @@ contains
                      size(row))), master_face => matmul(transpose(axes), sides%y(:, master) - &
                      spread(middle, 2, size(master))))
             shared = integrate_shared(flat, place(:, :k), slave_face, master_face, between, plane, &
-              touching*sqrt(area), sides%before)
+              touching*sqrt(area))
             if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, slave_face, &
               master_face, sides%x(:, row), sides%y(:, master), axes)
           end associate
@@ -513,7 +513,7 @@ contains
           end do
         else
           shared = integrate_shared(flat, place(:, :k), flat, place(:, :k), between, plane, &
-            touching*sqrt(area), sides%before)
+            touching*sqrt(area))
           if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, flat, place(:, :k), &
             sides%x(:, row), sides%y(:, sides%piece(:k, f)), sides%normal(:, f:f))
           do a = 1, 4

@@ -7,8 +7,7 @@ module covering_parts_mod
   use surfaces_mod, only: cut_at_middles
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: overlap_t, plane_t, polygon_t, plane_of_face, in_plane, &
-    seen_from, outward_normal, find_common, find_overlap, area_of, opposite_weights, weigh, &
-    keep_positive, smallest
+    seen_from, outward_normal, find_common, find_overlap, area_of, opposite_weights, weigh
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
   use surface_reach_mod, only: largest_face, against, share_of_sight
   use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
@@ -28,7 +27,6 @@ module covering_parts_mod
     integer :: corner(face_corners) = 0 !! of that part, 0 behind them
     integer :: slave_corner(face_corners) = 0 !! of the part of the slave face, 0 behind them
     type(plane_t) :: plane        !! of the part of the slave face
-    real(wp) :: reach = huge(1.0_wp) !! how far before it the part may be [length]
     real(wp) :: cosine = -1.0_wp  !! of the normals of both parts [-]
     type(polygon_t), allocatable :: seen(:) !! in it
     logical :: is_cut = .false.   !! whether other faces hide some of it
@@ -104,8 +102,6 @@ contains
           end if
         end associate
         common(n + 1) = find_common(plane, flat)
-        if (maxval(height) > screen%reach(1)) call keep_in_reach(plane, corner(:, :k), &
-          screen%reach(1), common(n + 1))
         if (common(n + 1)%n == 0) cycle
         n = n + 1
         near(n) = near(i)
@@ -125,7 +121,6 @@ contains
           part%node(:size(of)) = of
         end associate
         part%plane = plane
-        part%reach = screen%reach(1)
         part%cosine = cosine(i)
         part%seen = common(i:i)
         if (allocated(covers)) then
@@ -214,21 +209,6 @@ contains
     if (.not. all(is_kept)) part%seen = pack(part%seen, is_kept)
   end subroutine leave_ways_out
 
-  !> Keep what of a polygon lies within reach before a part of a slave face: a wall that stands up
-  !> from it does so whatever it is divided into.
-  pure subroutine keep_in_reach(plane, corner, reach, polygon)
-    type(plane_t), intent(in) :: plane     !! of the part of the slave face
-    real(wp), intent(in) :: corner(:, :)   !! (3,3) or (3,4) of the part of the master [length]
-    real(wp), intent(in) :: reach          !! [length]
-    type(polygon_t), intent(inout) :: polygon
-    real(wp) :: height(3)
-
-    height = height_of(plane, corner)
-    call keep_positive(reach - height(1) - matmul(height(2:), polygon%corner(:, :polygon%n)), &
-      polygon)
-    if (area_of(polygon%corner(:, :polygon%n)) < smallest*plane%area) polygon%n = 0
-  end subroutine keep_in_reach
-
   !> The integrals over what a part of a slave face and parts of the master see of each other.
   pure subroutine add_integrals(x, face, parts, u)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -275,7 +255,6 @@ contains
       part%plane = plane_of_face(x(:, mine))
       part%cosine = dot_product(outward_normal(x(:, corner)), part%plane%axis(:, 3))
       part%seen = [find_common(part%plane, in_plane(part%plane, x(:, corner)))]
-      call keep_in_reach(part%plane, x(:, corner), part%reach, part%seen(1))
       if (max(face%n, part%n) <= face_corners) then
         part%overlap = find_overlap(part%plane, face%x(:, :face%n), x(:, corner), part%seen, &
           roughly=.true.)
