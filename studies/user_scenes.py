@@ -98,10 +98,10 @@ minutes on a machine that others use. 100 and 200 planes take 2.5 and 11 s (2.1)
 
 **Estimate over half of the run**: decks of fewer than 8 increments a `*STEP`, whose error by load
 steps is found by halves of them, two solutions for one: 2/3 of what contact takes. What was tried
-to make it less tells the wrong error. Halves that begin at the run's own end told 2e-8 of
+to make it less estimates a wrong error. Halves that begin at the run's own end gave 2e-8 of
 `dry_bricks_estimate` (0.027 % before; 0.02 % by 8 increments). Doubles in the `*STEP` of 10
-increments of `dry_bricks_finite` took 1.5 for 3.9 s, and told 0.0011 % of a true 0.23 %; added to
-what halves told of the `*STEP` before, 3.8 %. Halves tell 0.41 %. A block of rubber with n = 24 (10
+increments of `dry_bricks_finite` took 1.5 for 3.9 s, and gave 0.0011 % of a true 0.23 %; added to
+what halves gave for the `*STEP` before, 3.8 %. Halves give 0.41 %. A block of rubber, n = 24 (10
 increments a `*STEP`, in doubles) has 11 %, with n = 16 17 %.
 
 **Certificate over 15 %**: scenes whose increments are nearly free, with one factor (22 % at most).

@@ -134,7 +134,7 @@ contains
       return
     end if
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
-    ! What cuts take is not foreseen, and waves want all elements alike.
+    ! The cost of cuts is not predicted, and waves need elements of one size.
     if (has_bound(sequence) .or. sequence%is_in_time .or. size(mesh_runs(sequence, family_t())) < &
       3) return
     if (choice%outcome == to_run .and. (.not. is_finer_than_all() .or. (choice%finer > 1.0_wp &
