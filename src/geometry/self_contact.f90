@@ -107,8 +107,8 @@ contains
     real(wp), intent(in) :: normal(:, :)      !! (3,n)
     integer, allocatable, intent(out) :: seen(:, :)    !! (2,n_seen)
     real(wp), allocatable, intent(out) :: distance(:)  !! (n_seen) [length]
-    integer, intent(out) :: back(:)           !! (n) 0: none
-    real(wp), intent(out) :: thickness(:)     !! (n) as far as that is [length]
+    integer, intent(out), optional :: back(:)       !! (n) 0: none
+    real(wp), intent(out), optional :: thickness(:) !! (n) as far as that is, with `back` [length]
     real(wp), parameter :: inwards = 0.1_wp   !! of a ray near a corner, towards the middle [-]
     type(face_grid_t) :: grid
     real(wp) :: from(3, face_corners + 1), middle(3), low(3), high(3), way
@@ -136,7 +136,7 @@ contains
         seen(:, n_seen) = [f, first]
         distance(n_seen) = max(0.0_wp, way)
       end do
-      call find_first(middle, -normal(:, f), -1, back(f), thickness(f))
+      if (present(back)) call find_first(middle, -normal(:, f), -1, back(f), thickness(f))
     end do
     seen = seen(:, :n_seen)
     distance = distance(:n_seen)

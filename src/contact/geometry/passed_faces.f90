@@ -95,8 +95,8 @@ contains
       integer, intent(in) :: pair
       real(wp), dimension(3, scene%mesh%n_nodes) :: from, way, x !! [length]
       real(wp), allocatable, dimension(:, :) :: normal, at_end, middle, moved !! (3,n_faces)
-      real(wp), allocatable :: distance(:), thickness(:)
-      integer, allocatable :: corner(:, :), seen(:, :), back(:)
+      real(wp), allocatable :: distance(:)
+      integer, allocatable :: corner(:, :), seen(:, :)
       type(face_entry_t) :: worst
       real(wp) :: step, depth
       integer :: k, n, i
@@ -109,13 +109,12 @@ contains
           2))/step))
       end associate
       corner = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
-      allocate (back(size(corner, 2)), thickness(size(corner, 2)))
       if (n > 0) call find_planes(corner, from + way, at_end, middle)
       do k = 0, n - 1
         x = from + real(k, wp)/real(n, wp)*way
         call find_planes(corner, x, normal, moved)
         moved = (middle - moved)/real(n - k, wp)
-        call look_along_normals(x, corner, normal, seen, distance, back, thickness)
+        call look_along_normals(x, corner, normal, seen, distance)
         do i = 1, size(distance)
           associate (one => seen(1, i), other => seen(2, i))
             if (can_touch(points, pair, one, other)) cycle
