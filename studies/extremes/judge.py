@@ -233,7 +233,8 @@ class Increment:
         shift = 0 if obstacle.reference is None else self.u[obstacle.reference]
         start = self.scene.points[rows] - np.asarray(obstacle.point, dtype=float)
         arm = start + (self.u[rows] - shift)
-        reach = np.abs(self.scene.points[rows]).max(axis=1) + np.abs(self.u[rows]).max(axis=1)
+        # A mesh is rounded as its largest coordinates are, also where it meets the origin.
+        reach = np.full(len(rows), np.abs(self.scene.points).max() + np.abs(self.u).max())
         extra = np.array([self.scene.gaps.get(int(row), 0.0) for row in rows])
         if obstacle.kind == PLANE:
             normal = np.asarray(obstacle.direction) / np.linalg.norm(obstacle.direction)
