@@ -163,13 +163,13 @@ contains
         part_for_trial)) return
     end if
     choice%divisions = divisions_in_use(sequence)
-    if (is_exact(sequence, errors)) then
-      choice%outcome = is_finest
-      return
-    end if
     if (errors%mesh > 0.0_wp .and. errors%load_steps > 0.0_wp .and. sequence%divides) call &
       divide_further(sequence, room, errors, choice%divisions)
     if (choice%divisions > most) return
+    if (is_exact(sequence, errors, choice%divisions)) then
+      choice%outcome = is_finest
+      return
+    end if
     call choose_size(sequence, room, choice)
   end subroutine choose_finest
 
@@ -205,16 +205,16 @@ contains
     end do
   end function divisions_in_use
 
-  !> Whether mesh and load steps make no more than contact and arithmetic: nothing is to be gained.
-  pure logical function is_exact(sequence, errors)
+  !> Whether three meshes make no more than contact and arithmetic: finer ones gain nothing.
+  pure logical function is_exact(sequence, errors, divisions)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
+    integer, intent(in) :: divisions
 
     is_exact = .false.
     if (size(sequence%list) == 0 .or. errors%mesh < 0.0_wp) return
     if (.not. allocated(errors%n_rising)) return
-    is_exact = count(sequence%runs%divisions == sequence%runs(size(sequence%runs))%divisions) > 2 &
-      .and. errors%mesh + max(0.0_wp, errors%load_steps) <= errors%others
+    is_exact = count(sequence%runs%divisions == divisions) > 2 .and. errors%mesh <= errors%others
   end function is_exact
 
   !> More divisions, where on the finest mesh that they leave time for less error is foreseen.

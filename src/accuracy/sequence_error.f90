@@ -318,7 +318,7 @@ contains
       0.0_wp, size(both) > 0)])
     if (.not. allocated(errors%of_mesh)) return
     errors%mesh = 0.0_wp
-    errors%together = max(0.0_wp, errors%load_steps)
+    errors%together = 0.0_wp
     if (size(both) == 0) return
     do k = 1, size(mesh)
       mesh(k) = max(errors%least, error_that_counts(sequence, errors, k))

@@ -105,7 +105,7 @@ contains
     sizes%steps = size(scene%steps)
     sizes%shadows = count_shadows(scene)
     sizes%laws = size(laws_at_finite_strain(scene%materials), 2)
-    sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
+    sizes%most_columns = min(most_ahead, maxval(scene%steps%n_increments))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)
       associate (first => plan%points%first(i), last => plan%points%first(i + 1) - 1)
