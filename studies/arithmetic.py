@@ -20,8 +20,6 @@ DOUBLE = "double"
 CHOICES = {
     DOUBLE: "",
     "single factor": "FACTOR=SINGLE",
-    "single compliance": "COMPLIANCE=SINGLE",
-    "both single": "FACTOR=SINGLE, COMPLIANCE=SINGLE",
     "low rank 1e-5": "BLOCK LOW RANK=1e-5",
 }
 PARTS = ("factorise", "loads", "contact", "recover")

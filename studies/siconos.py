@@ -53,9 +53,6 @@ BIPOT_SOLVERS = {
     "auto": ["--solver", "auto"],
     "global Newton": ["--solver", "global-newton"],
     "sweeps": ["--solver", "sweeps"],
-    "sweeps, accelerated": ["--solver", "sweeps", "--acceleration"],
-    "sweeps, accelerated, relaxation 0.5": ["--acceleration", "--relaxation", "0.5"],
-    "one Uzawa visit a sweep, accelerated": ["--local", "uzawa", "--rho", "0.3", "--acceleration"],
 }
 SICONOS_SOLVERS = [
     ("NSGS", "blocks"),

@@ -35,6 +35,7 @@ from studies import solver_elements
 from studies.pages import PAGES, StudyError, claim
 
 MESHES = (1, 2, 4, 8, 16, 24)
+TIGHT = (4, 8, 16, 24)  # solved to a residual of 1e-10 by the global Newton
 FRICTIONS = (0.0, 0.1, 0.3, 1.0)
 # Factors of the natural scale; the last lies beyond the range of Uzawa.
 RHOS = (0.1, 0.3, 0.5, 1.0, 1.5, 2.0, 2.5)
@@ -73,8 +74,6 @@ VARIANTS = {
     ),
     "exact": Variant("exact local solution", {"local": "EXACT"}, RED, ":"),
     "global": Variant("global Newton", GLOBAL, INK, sweeps=False),
-    "direct": Variant("global Newton, direct", GLOBAL, INK, "-", "LINEAR=DIRECT", False),
-    "gmres": Variant("global Newton, GMRES", GLOBAL, INK, "--", "LINEAR=GMRES", False),
     "auto": Variant("AUTO", {"solver": "AUTO", "local": "AUTO"}, INK, ":", sweeps=False),
 }
 WITH_RHO = ("uzawa", "uzawa-pseudo", "newton", "newton-pseudo")
@@ -142,9 +141,7 @@ def design(quick):
     add(("uzawa", "newton", "relaxed"), (24,), stops=("change",))
     add(("uzawa",), (24,), rhos=(0.3,), stops=("change",))
     add(("relaxed",), (24,), stops=("residual",))
-    tight = {"stops": ("residual",), "tolerances": ("1e-10",)}
-    add(("direct",), (4, 8, 16), **tight)
-    add(("gmres",), (4, 8, 16, 24), **tight)
+    add(("global",), TIGHT, stops=("residual",), tolerances=("1e-10",))
     return sorted(cases, key=lambda case: case.n)
 
 
@@ -429,21 +426,19 @@ def rho_table(study, n, variants, mus):
     return [*table(["", "mu", *(f"rho = {rho:g}" for rho in RHOS)], rows), ""]
 
 
-def global_table(study, meshes):
+def global_table(study):
     """Return the table of the global Newton's iterations at 1e-10."""
     rows = []
-    for n, variant in itertools.product(meshes, ("direct", "gmres")):
-        record = study[Case(variant, n, tolerance="1e-10")]
-        if record is None:
-            continue
+    for n in TIGHT:
+        record = study[Case("global", n, tolerance="1e-10")]
         steps = record["finished"]
         rows.append([
-            n, 3 * (n + 1) ** 2, "direct" if variant == "direct" else "GMRES",
+            n, 3 * (n + 1) ** 2,
             f"{record['iterations'] / steps:.2f}", record["worst"],
             f"{record['products'] / steps:.0f}", seconds(record["time"]),
             f"{record['certified']} of {steps}", f"{record['error']:.0e}",
         ])
-    head = ["n", "unknowns", "linear systems", "iterations a step", "worst step",
+    head = ["n", "unknowns", "iterations a step", "worst step",
             "products a step", "time (s)", "certified", "true error"]
     return [*table(head, rows), ""]
 
@@ -655,7 +650,7 @@ def stopping(study, cases):
 
 def global_newton(study, cases):
     """Return the findings about the global Newton and AUTO."""
-    runs = [case for case in cases if case.variant in ("global", "auto", "direct", "gmres")]
+    runs = [case for case in cases if case.variant in ("global", "auto")]
     all_fine = all(
         study[case]["status"] == 0 and study[case]["certified"] == study[case]["finished"] == 50
         for case in runs
@@ -665,17 +660,13 @@ def global_newton(study, cases):
         study[case]["iterations"] == study[Case("global", case.n, case.mu)]["iterations"]
         for case in runs if case.variant == "auto"
     )
-    tight = {
-        name: [study[Case(name, n, tolerance="1e-10")] for n in meshes]
-        for name, meshes in (("direct", (4, 8, 16)), ("gmres", (4, 8, 16, 24)))
-    }
-    mean = {name: [r["iterations"] / 50 for r in records] for name, records in tight.items()}
-    worst = {name: max(r["worst"] for r in records) for name, records in tight.items()}
-    products = [r["products"] / 50 for r in tight["gmres"]]
+    tight = [study[Case("global", n, tolerance="1e-10")] for n in TIGHT]
+    mean = [r["iterations"] / 50 for r in tight]
+    worst = max(r["worst"] for r in tight)
+    products = [r["products"] / 50 for r in tight]
     newton, relaxed, fast = (
         study[Case(name, 16)]["time"] for name in ("newton", "relaxed", "global")
     )
-    direct, inexact = ([r["time"] for r in tight[name][:3]] for name in ("direct", "gmres"))
     rivals = [
         study[case]["time"] / study[Case("global", case.n, case.mu)]["time"] for case in cases
         if case.stop == "residual" and case.n >= 8 and study[case]["status"] == 0
@@ -695,15 +686,11 @@ def global_newton(study, cases):
         ),
         "",
         claim(
-            few < 5 < many and max(mean["direct"]) <= 4.5 and worst["direct"] <= 10
-            and max(mean["gmres"]) <= 5.5 and worst["gmres"] <= 12,
-            "To 1e-10 it takes, with direct linear solutions,"
-            f" {', '.join(f'{value:.2f}' for value in mean['direct'])} iterations a step for"
-            f" n = 4, 8, 16, {worst['direct']} in the worst step; with inexact ones"
-            f" {', '.join(f'{value:.2f}' for value in mean['gmres'])} for n = 4, 8, 16, 24,"
-            f" {worst['gmres']} in the worst step, and"
-            f" {', '.join(f'{value:.0f}' for value in products)} products with W a step. AUTO's own"
-            " choice is direct up to 100 unknown reactions, GMRES above.",
+            few < 5 < many and max(mean) <= 5.5 and worst <= 12,
+            f"To 1e-10 it takes {', '.join(f'{value:.2f}' for value in mean)} iterations a step for"
+            f" n = {', '.join(map(str, TIGHT))}, {worst} in the worst step, and"
+            f" {', '.join(f'{value:.0f}' for value in products)} products with W a step: up to 100"
+            " unknown reactions its linear systems are factorised, above GMRES solves them.",
         ),
         "",
         claim(
@@ -718,13 +705,6 @@ def global_newton(study, cases):
             f"None of the {len(rivals)} runs of sweeps with friction that reached 1e-8 on n = 8 and"
             f" finer was as fast as the global Newton; the nearest took {min(rivals):.1f} times as"
             " long.",
-        ),
-        "",
-        claim(
-            all(a > b for a, b in zip(direct, inexact, strict=True)),
-            "The inexact linear solutions were the faster ones on every mesh where both were run:"
-            f" {', '.join(seconds(value) for value in inexact)} s against"
-            f" {', '.join(seconds(value) for value in direct)} s for n = 4, 8, 16.",
         ),
     ]
 
@@ -796,7 +776,7 @@ def write_page(study, cases, path):
         *picture("time", "Time in the contact solver, 50 steps to a residual of 1e-8."),
         *global_newton(study, cases), "",
         "Global Newton to a residual of 1e-10:", "",
-        *global_table(study, MESHES),
+        *global_table(study),
         "Sweeps or iterations, and seconds in the contact solver, to a residual of 1e-8:", "",
         *mesh_table(
             study, MESHES, "residual",
@@ -810,12 +790,11 @@ def write_page(study, cases, path):
         " global Newton do the same work: their times differ by what else the machine did)."
         " Not a full product. All meshes with mu = 0.3 and rho = 1, and Uzawa with 0.3; all mu"
         " and rho on n = 4 and 8. Left out as too slow: at n = 24 every sweep variant but those in"
-        " the tables, and the global Newton with direct solutions (1875 unknowns); at n = 8,"
-        " `STOP=CHANGE` with other rho than 1 and 0.3.", "",
+        " the tables; at n = 8, `STOP=CHANGE` with other rho than 1 and 0.3.", "",
         "One of the runs by hand:", "",
         f"    {command_text(Case('uzawa', 8, rho=0.3, stop='change').parameters)}", "",
-        "`RELAXATION=0.4`, `LINEAR=DIRECT` and `LINEAR=GMRES` are no parameters of that deck:"
-        " the script puts them on its `*CONTACT SOLVER` line.",
+        "`RELAXATION=0.4` is no parameter of that deck: the script puts it on its"
+        " `*CONTACT SOLVER` line.",
     ]
     page = solver_elements.with_section(
         "\n".join(text) + "\n", solver_elements.section(solver_elements.read_kept()))

@@ -1,10 +1,10 @@
 !> Interfaces of the BLAS that the program calls.
 module blas_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   implicit none
   private
 
-  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm, dsyrk, dsyr2k, dtrsm
+  public :: ddot, dasum, daxpy, dsymv, dsbmv, dgemm, dsyrk, dsyr2k, dtrsm
 
   interface
     !> BLAS: scalar product.
@@ -15,15 +15,6 @@ module blas_mod
       real(wp), intent(in) :: x(*), y(*)
       real(wp) :: product
     end function ddot
-
-    !> BLAS: scalar product in single precision.
-    function sdot(n, x, incx, y, incy) result(product)
-      import :: sp
-      implicit none
-      integer, intent(in) :: n, incx, incy
-      real(sp), intent(in) :: x(*), y(*)
-      real(sp) :: product
-    end function sdot
 
     !> BLAS: sum of |x|.
     function dasum(n, x, incx) result(total)

@@ -41,7 +41,6 @@ module command_line_mod
     option_t('--verbose'), option_t('-v'), &
     option_t('--output', has_value=.true.), option_t('-o', has_value=.true.), &
     option_t('--overwrite'), &
-    option_t('--acceleration'), &
     option_t('--plan', of_decks=.true.), &
     option_t('--check', of_decks=.true.), &
     option_t('--flat', of_decks=.true.), &
@@ -201,10 +200,6 @@ contains
     case ('--nlgeom')
       options%nlgeom = upper(value)
       if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) wanted = 'no, yes or auto'
-    case ('--acceleration')
-      options%solver_option = word
-      options%sweeps_option = word
-      options%controls%acceleration = .true.
     case default
       call take_deck(word, options, error)
     end select
@@ -535,7 +530,7 @@ contains
       '', &
       'for a contact problem (in a deck: *CONTACT SOLVER):', &
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential', &
-      '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration', &
+      '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X', &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)', &
       '', &
       'exit status:', &

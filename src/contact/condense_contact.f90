@@ -18,8 +18,8 @@ module condense_contact_mod
   use solutions_map_mod, only: map_of_rows
   use compliance_map_mod, only: compliance_map_t
   use held_body_mod, only: hold_body
-  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
-    add_square, diagonal_of, has_single, is_map
+  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_square, &
+    diagonal_of, is_map
   use problem_mod, only: make_problem, is_made_of
   use shared_nodes_mod, only: find_twins
   use dense_mod, only: null_space
@@ -40,7 +40,6 @@ module condense_contact_mod
     logical, allocatable :: near(:)     !! (n_points) those that have rows
     type(rows_t) :: transfer
     real(wp) :: softness = 0.0_wp       !! of reactions that no body feels [-]
-    logical :: is_copied = .false.      !! W, in single precision
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
     logical, allocatable :: presses(:)  !! (n_points) as of condensed_contact_t
     real(wp), allocatable :: load(:)    !! (n_motions) likewise [force]
@@ -70,7 +69,6 @@ contains
     rows%near = points%in_reach
     if (present(near)) rows%near = near
     rows%softness = softness_for(scene%contact%solver, choices%tolerance)
-    rows%is_copied = choices%precision%single_compliance
     rows%can_move = movable(scene, body%prescribed)
     if (allocated(contact%presses)) then
       rows%presses = contact%presses
@@ -165,8 +163,6 @@ contains
         nearby)
       call find_twins(group%problem, points%node(group%active))
     end if
-    if (rows%is_copied .and. .not. has_single(group%problem%compliance)) call add_single_copy( &
-      group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
     if (allocated(body%inverse%iterative) .and. n > 0 .and. size(group%null, 2) == 0) call &

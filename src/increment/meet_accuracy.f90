@@ -4,18 +4,17 @@
 module meet_accuracy_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text, percent
-  use controls_mod, only: solver_sweeps, subject_in_words
+  use controls_mod, only: subject_in_words
   use step_contact_mod, only: least_friction
   use scene_mod, only: scene_t
   use connectivity_mod, only: nodes_of_hexahedron
-  use choices_mod, only: choices_t
   use mesh_mod, only: mesh_t
   use hexahedron8_mod, only: volume
   use increment_report_mod, only: error_parts_t, total_error
   implicit none
   private
 
-  public :: choose_copy, set_contact_tolerance, accuracy_shortfall
+  public :: set_contact_tolerance, accuracy_shortfall
 
   ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
   real(wp), parameter :: least_fraction = 0.02_wp
@@ -23,22 +22,10 @@ module meet_accuracy_mod
   real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
   real(wp), parameter :: of_differences = 0.002_wp
   !! of the accuracy where meshes are compared: what differs must not be the solver's residual
-  real(wp), parameter :: sharpest_for_single = 2.0e-5_wp
-  !! contact tolerance from which on sweeps may read W in single precision [-]
   real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp
   !! of its error in the size of the elements: 1 to 2 where it was measured
 
 contains
-
-  !> Let sweeps read the compliance in single precision where that is accurate enough: when the
-  !> contact tolerance is set.
-  pure subroutine choose_copy(scene, choices)
-    type(scene_t), intent(in) :: scene
-    type(choices_t), intent(inout) :: choices
-
-    if (scene%accuracy%wanted > 0.0_wp .and. choices%tolerance >= sharpest_for_single .and. &
-      scene%contact%solver == solver_sweeps) choices%precision%single_compliance = .true.
-  end subroutine choose_copy
 
   !> Choose the contact tolerance: a tenth of the error that mesh and load steps make anyway; where
   !> meshes are compared, a small part of the accuracy, of friction as of normal forces.

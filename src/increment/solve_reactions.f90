@@ -3,7 +3,7 @@ module solve_reactions_mod
   use kinds_mod, only: wp
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, solver_none, linear_auto, linear_direct
+  use controls_mod, only: contact_controls_t, solver_none
   use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
@@ -160,8 +160,9 @@ contains
         if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
       end if
       ! What GMRES does not do for this placement it will not do for the next.
-      if (of_group%wants_exact .and. trial%controls%linear == linear_auto .and. &
-        count_rows(solver%contact) <= largest_dense) trial%controls%linear = linear_direct
+      if (of_group%wants_exact .and. count_rows(solver%contact) <= largest_dense) then
+        trial%controls%factorises = .true.
+      end if
       if (of_group%converged) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
         x = unpack_gaps(group%problem, gaps)

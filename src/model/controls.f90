@@ -12,7 +12,6 @@ module controls_mod
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
-  public :: linear_auto, linear_direct, linear_gmres
   public :: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, accuracy_of_slip, &
     accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, accuracy_of_contact_force
   public :: compliance_auto, compliance_dense, compliance_products
@@ -33,10 +32,6 @@ module controls_mod
 
   integer, parameter :: stop_at_residual = 1 !! scaled natural map
   integer, parameter :: stop_at_change = 2   !! relative change of r in a sweep
-
-  integer, parameter :: linear_auto = 1    !! direct up to a size, GMRES above
-  integer, parameter :: linear_direct = 2
-  integer, parameter :: linear_gmres = 3
 
   ! The last two are what /run says of a result.
   integer, parameter :: compliance_auto = 0     !! the plan chooses
@@ -84,12 +79,14 @@ module controls_mod
     integer  :: local = local_newton
     real(wp) :: rho = 1.0_wp          !! factor of its natural scale, > 0 [-]
     real(wp) :: relaxation = 1.0_wp   !! fraction of the new value, 0 < relaxation < 2 [-]
-    logical  :: acceleration = .false. !! Anderson's, of the sweeps
     real(wp) :: tolerance = 1.0e-8_wp !! > 0 [-]
     integer  :: stop_rule = stop_at_residual
-    integer  :: linear = linear_auto  !! linear systems of the global Newton
     integer  :: max_sweeps = 20000
     integer  :: compliance = compliance_auto !! of the contact rows
+    ! What the solver decides.
+    logical  :: acceleration = .false. !! Anderson's, of the sweeps
+    logical  :: factorises = .false.
+    !! the linear systems of the global Newton, where W is an array; else GMRES is tried first
     logical  :: shows_progress = .false. !! on a terminal: the iterations of the first increment
   end type contact_controls_t
 
@@ -100,7 +97,6 @@ module controls_mod
     !! at finite strain: each iteration has its own tangent, with SOLVER=AUTO displacements and
     !! reactions are found together; else one factor serves many iterations
     logical  :: single_factor = .false.     !! of the stiffness
-    logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp
     !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
     logical  :: out_of_core = .false.       !! the factor lives on the disk

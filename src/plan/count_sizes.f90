@@ -57,7 +57,6 @@ module count_sizes_mod
     real(wp) :: ranks = 1.0_wp !! on this machine
     real(wp) :: fraction_here = 1.0_wp !! of all ranks, that run on this machine
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
-    real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
     logical :: has_twins = .false. !! nodes may be pressed by more obstacles than they can move
     logical :: is_dense = .true. !! W is formed; else its products are solutions with the factor

@@ -7,7 +7,7 @@ module estimate_iterative_mod
   use text_mod, only: to_text
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use controls_mod, only: compliance_dense, linear_direct, solver_sweeps, stop_at_change
+  use controls_mod, only: compliance_dense, solver_sweeps, stop_at_change
   use new_iterative_body_mod, only: check_iterative_body
   use rigid_modes_mod, only: free_motions_t
   use count_sizes_mod, only: sizes_t
@@ -37,7 +37,6 @@ contains
     if (compliance == compliance_dense) call refuse( &
       'COMPLIANCE=DENSE of *CONTACT SOLVER')
     if (scene%contact%stop_rule == stop_at_change) call refuse('STOP=CHANGE of *CONTACT SOLVER')
-    if (scene%contact%linear == linear_direct) call refuse('LINEAR=DIRECT of *CONTACT SOLVER')
     if (any(motions%body == 0)) call refuse('obstacles that move freely')
     if (motions%n > 0 .and. allocated(motions%piece)) call refuse( &
       'bodies that equations join and supports do not hold')

@@ -17,6 +17,7 @@ module estimate_memory_mod
   ! What must be left whenever a library is called (resource_limits_mod) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
 
+  real(wp), parameter :: of_panels = 2.0_wp !! of W in single precision, a number of W [bytes]
   real(wp), parameter :: near_interface = 3.0e3_wp
   !! a number of the interface, where W is not formed [bytes]
 
@@ -33,7 +34,6 @@ contains
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
     sizes%is_exact = is_exact(precision)
     sizes%by_iteration = precision%iterative
-    sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels, and rows
     sizes%columns = 0.0_wp
     if (sizes%is_exact .and. sizes%is_dense) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%fraction_here*sizes%word*sizes%factor
@@ -61,7 +61,7 @@ contains
     ! nodes; the columns of the increments ahead, ours and MUMPS's; HDF5's chunks.
     copies = merge(2.0_wp, 1.0_wp, sizes%has_twins)
     running = sizes%workspace + square*(8.0_wp*sizes%squares + &
-      (8.0_wp + sizes%copy)*copies*sizes%rows**2) + &
+      (8.0_wp + of_panels)*copies*sizes%rows**2) + &
       (1.0_wp - square)*near_interface*sizes%interface + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache

@@ -57,8 +57,7 @@ contains
       to_text(plan%n_interface)//' of them on contact nodes')
     if (plan%points%n > 0) call describe_pairs(scene, plan)
     if (sum(plan%rows) > 0) then
-      copy = merge(4.0_wp, 0.0_wp, plan%choices%precision%single_compliance) + &
-        merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
+      copy = merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
       call add_line(plan, matrix_line, bound, blocks_in_words(plan)// &
         ' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//' for the reactions: dense, double precision'// &

@@ -19,7 +19,7 @@ module prepare_scene_mod
   use mirror_scene_mod, only: part_in_words, take_half
   use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
-  use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
+  use meet_accuracy_mod, only: set_contact_tolerance
   use output_names_mod, only: keep_inputs, output_name
   use result_file_mod, only: sidecars_of
   use command_line_mod, only: as_asked, options_t, refuse_option
@@ -58,7 +58,6 @@ contains
     choices%compliance = scene%contact%compliance
     choices%precision = scene%precision
     call set_contact_tolerance(scene, choices%divisions, choices%tolerance)
-    call choose_copy(scene, choices)
   end subroutine prepare_scene
 
   !> The accuracy of the command line wins over the deck's; what changes the result is kept with

@@ -15,7 +15,6 @@ SOLVERS = [
     ("--solver", "auto"),
     ("--solver", "global-newton"),
     ("--solver", "SWEEPS"),
-    ("--acceleration",),
     ("--local", "uzawa", "--rho", "0.5"),
     ("--local", "newton6", "--relaxation", "0.7"),
     ("--local", "exact"),
@@ -267,15 +266,6 @@ class Solve(Folder):
         solved = Solved(self.path, "--tolerance", "1e-12")
         self.assertEqual(solved.status, 0, solved.errors)
         np.testing.assert_allclose(solved.read("r"), [0.5, -0.1, 0], rtol=0, atol=1e-11)
-
-    # Anderson's memory is longer than the problem has rows.
-    def test_acceleration_with_few_rows(self):
-        w, q, mu = two_points()
-        mixed = ("--acceleration", "--relaxation", "0.2", "--tolerance", "1e-12")
-        write_local(self.path, w, q, mu)
-        solved = Solved(self.path, *mixed)
-        self.assertEqual(solved.status, 0, solved.errors)
-        self.assertLess(residual(w, q, np.array(mu), solved.read("r")), 1.01e-12)
 
     def test_frictionless_points_slip_freely(self):
         write_local(self.path, [[2, 1, 0], [1, 2, 0], [0, 0, 0]], [-1, 0.2, 3], [0])

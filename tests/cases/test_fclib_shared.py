@@ -73,7 +73,6 @@ class OthersProblems(unittest.TestCase):
 
     def test_perio_box(self):
         self.check("LMGC_100_PR_PerioBox-i00361-60-03000.hdf5")
-        self.check("LMGC_100_PR_PerioBox-i00361-60-03000.hdf5", "--acceleration")
 
 
 if __name__ == "__main__":

@@ -139,7 +139,7 @@ class Welds(Sheets):
             "",
             ", SOLVER=GLOBAL NEWTON",
             ", COMPLIANCE=PRODUCTS",
-            ", SOLVER=SWEEPS, LOCAL=EXACT, ANDERSON",
+            ", SOLVER=SWEEPS, LOCAL=EXACT",
             ", SOLVER=SWEEPS, FORMULATION=PSEUDOPOTENTIAL",
         ):
             _, file = self.run_sheets(spot(2, 1) + spot(6, 1), small="YES", controls=controls)

@@ -4,54 +4,6 @@ import unittest
 
 from program import Run
 
-# A block pressed onto another one, which it overlaps a little.
-PRESSED = """*HEADING
-Block on block
-*PARAMETER
-linear = GMRES
-*BLOCK, NAME=B0, NX=3, NY=2, NZ=2
-0., 0., 0.,  0.09369912542443891, 0.13117877559421445, 0.06558938779710723
-*BLOCK, NAME=B1, TYPE=C3D8B, NX=2, NY=1, NZ=3
-0., 0., 0.0655772885063312,  0.09369912542443891, 0.13117877559421445, 0.06558938779710723
-*MATERIAL, NAME=M0
-*ELASTIC
-210000., 0.25
-*MATERIAL, NAME=M1
-*ELASTIC
-210000., 0.
-*SOLID SECTION, ELSET=B0, MATERIAL=M0
-*SOLID SECTION, ELSET=B1, MATERIAL=M1
-*SURFACE INTERACTION, NAME=I
-*FRICTION
-1.987
-*CONTACT PAIR, INTERACTION=I
-B1-ZMIN, B0-ZMAX
-*CONTACT SOLVER, SOLVER=GLOBAL NEWTON, LINEAR=<linear>
-*STEP
-*STATIC, DIRECT
-0.5, 1.
-*BOUNDARY
-B0-ZMIN, 1, 3
-B1-ZMAX, 1, 2
-B1-ZMAX, 3, 3, -5.562446744507411e-05
-B0-XMIN, 1
-B1-XMIN, 1
-*END STEP
-*STEP
-*STATIC, DIRECT
-0.3, 0.3
-*BOUNDARY
-B1-ZMAX, 2, 2, -0.00014042398679657266
-B1-ZMAX, 3, 3, -3.129641093853625e-05
-*END STEP
-*STEP
-*STATIC
-0.25, 0.5
-*BOUNDARY
-B1-ZMAX, 1, 1, -0.0001621218335385018
-*END STEP
-"""
-
 # The middle one of three blocks is free: friction alone holds it to the upper one, which drags it
 # over the smooth lower one.
 DRAGGED = """*HEADING
@@ -165,15 +117,6 @@ B1-XMAX, 2, 2, -0.16764000726934217
 
 class Choices(unittest.TestCase):
     """Solvers and increments that the deck names."""
-
-    def test_a_solver_that_fails_is_named(self):
-        """Points do not settle by reactions that were not found: not the points are to blame."""
-        exact = Run(PRESSED, name="exact", linear="DIRECT")
-        self.assertEqual(exact.status, 0, exact.errors)
-        run = Run(PRESSED, name="gmres")
-        if run.status != 0:
-            self.assertIn("global Newton did not reach the tolerance", run.errors)
-            self.assertNotIn("do not settle", run.errors)
 
     def test_an_increment_whose_parts_are_solved(self):
         """That nothing balances the loads is not said of what smaller increments balance."""

@@ -78,11 +78,6 @@ AXLE, 6, 6, -0.1
 """
 
 
-def with_linear(kind):
-    """The block's deck with a choice of linear solver for the global Newton."""
-    return BLOCK.read_text().replace("STOP=<stop>", f"STOP=<stop>, LINEAR={kind}")
-
-
 class GlobalNewton(unittest.TestCase):
     def test_nodes_of_two_rough_obstacles_cost_no_more(self):
         """Each increment takes some 45 iterations; what the planes carry is that of sweeps."""
@@ -98,16 +93,16 @@ class GlobalNewton(unittest.TestCase):
         np.testing.assert_allclose(carried[0], carried[1], rtol=1e-5)
 
     def test_iterations_hardly_depend_on_the_mesh(self):
-        """At most 4.5 a step and 10 at worst with direct solves, 5.5 and 12 with inexact ones."""
-        for kind, mean, worst in (("DIRECT", 4.5, 10), ("GMRES", 5.5, 12)):
-            for n in (4, 8):
-                with self.subTest(linear=kind, n=n):
-                    run = Run(with_linear(kind), name="linear", n=n, **GLOBAL)
-                    self.assertEqual(run.status, 0, run.errors)
-                    with run.result() as result:
-                        iterations = result.history("contact_iterations")
-                    self.assertLessEqual(iterations.mean(), mean)
-                    self.assertLessEqual(iterations.max(), worst)
+        """At most 4.5 a step and 10 at worst with factorised systems (n = 4), 5.5 and 12 with
+        those of GMRES."""
+        for n, mean, worst in ((4, 4.5, 10), (8, 5.5, 12)):
+            with self.subTest(n=n):
+                run = Run(BLOCK, n=n, **GLOBAL)
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    iterations = result.history("contact_iterations")
+                self.assertLessEqual(iterations.mean(), mean)
+                self.assertLessEqual(iterations.max(), worst)
 
     def test_forces_are_those_of_the_sweeps(self):
         for n in (4, 8):
@@ -217,17 +212,6 @@ class SharedNodes(unittest.TestCase):
 
 
 class Sweeps(unittest.TestCase):
-    def test_acceleration_takes_fewer_sweeps(self):
-        plain = Run(BLOCK, n=8, tolerance=1e-8)
-        deck = BLOCK.read_text().replace(
-            "STOP=<stop>", "STOP=<stop>, RELAXATION=0.4, ANDERSON=YES"
-        )
-        fast = Run(deck, name="fast", n=8, tolerance=1e-8)
-        self.assertEqual(fast.status, 0, fast.errors)
-        with plain.result() as one, fast.result() as two:
-            slow = one.history("contact_iterations").sum()
-            self.assertLess(two.history("contact_iterations").sum(), 0.5 * slow)
-
     def test_newton_sweeps_stall_at_no_mu(self):
         for mu in (0, 0.01, 1):
             with self.subTest(mu=mu):

@@ -451,7 +451,7 @@ class Arithmetic(unittest.TestCase):
     def test_other_precisions(self):
         u = at_end(solved(self, self.TEXT), "displacement")
         for options in (
-            "FACTOR=SINGLE, COMPLIANCE=SINGLE",
+            "FACTOR=SINGLE",
             "BLOCK LOW RANK=1e-6",
             "OUT OF CORE=YES",
         ):

@@ -529,7 +529,6 @@ class Flags(Changed):
         ("*NSET, NSET=UPPER, GENERATE", "GENERATE"), ("*STATIC", "DIRECT"), ("*STEP", "NLGEOM"),
         ("*STEP", "PERTURBATION"), ("*OBSTACLE, NAME=GROUND, TYPE=PLANE, REF NODE=900", "INNER"),
         ("*BOUNDARY", "FIXED"), ("*CONTACT GAP", "PARABOLA"),
-        ("*CONTACT SOLVER, TOLERANCE=1e-8", "ANDERSON"),
     )
 
     def test_a_flag_takes_yes_or_no(self):

@@ -78,17 +78,13 @@ class Notes(unittest.TestCase):
         self.assertNotIn("sweeps run", self.with_solver("LOCAL=UZAWA"))
 
     def test_what_the_solver_does_not_look_at(self):
-        for ours, theirs, option in (
-            ("SWEEPS", "AUTO", "ANDERSON=YES"), ("SWEEPS", "GLOBAL NEWTON", "ANDERSON=YES"),
-            ("SWEEPS", "AUTO", "STOP=CHANGE"), ("GLOBAL NEWTON", "SWEEPS", "LINEAR=GMRES"),
-        ):
-            with self.subTest(option=option, solver=theirs):
-                note = option.split("=")[0]
-                self.assertRegex(
-                    self.with_solver(f"SOLVER={theirs}, {option}"),
-                    rf"{note}\S* of \*CONTACT SOLVER is ignored",
+        for solver in ("AUTO", "GLOBAL NEWTON"):
+            with self.subTest(solver=solver):
+                self.assertIn(
+                    "STOP=CHANGE of *CONTACT SOLVER is ignored",
+                    self.with_solver(f"SOLVER={solver}, STOP=CHANGE"),
                 )
-                self.assertNotIn("ignored", self.with_solver(f"SOLVER={ours}, {option}"))
+        self.assertNotIn("ignored", self.with_solver("SOLVER=SWEEPS, STOP=CHANGE"))
 
     def test_a_place_of_no_tensors(self):
         note = "POSITION of *EL FILE is ignored"

@@ -2,8 +2,8 @@
 !> columns and blocks, for W may be no array: where it would be too large it is a map that says what
 !> reactions do, and has neither blocks nor a diagonal. docs/theory.md section 4.
 module compliance_mod
-  use kinds_mod, only: wp, sp
-  use blas_mod, only: ddot, sdot, dgemm, dsyrk, dsyr2k
+  use kinds_mod, only: wp
+  use blas_mod, only: ddot, dgemm, dsyrk, dsyr2k
   use dense_mod, only: invert_spd, mirror_lower, times_symmetric, times_transposed
   use norm_estimate_mod, only: norm_estimate_t
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
@@ -14,12 +14,10 @@ module compliance_mod
 
   public :: compliance_t, take_matrix, take_map, take_compliance, are_same, is_map, &
     rows_worth_rounding
-  public :: product_with, product_of_columns, rough_product, coupled_product, row_product, &
-    single_row_product
+  public :: product_with, product_of_columns, rough_product, coupled_product, row_product
   public :: get_matrix, get_column, get_rows, block_of, diagonal_of, get_inverse, couplings_of, &
     largest_row_sum
-  public :: add_square, add_symmetric, shift_diagonal, add_rough_copy, add_single_copy, &
-    has_single, rough_rows
+  public :: add_square, add_symmetric, shift_diagonal, add_rough_copy, rough_rows
 
   integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
   integer, parameter :: columns_at_once = 32      !! of a map that is asked for its columns
@@ -34,8 +32,6 @@ module compliance_mod
     real(wp), allocatable :: left(:, :), right(:, :) !! (n,k) what was added to a map
     type(single_panels_t) :: rough
     !! the same in single precision, where it is large, for products of few digits
-    real(sp), allocatable :: single_w(:, :)   !! (n,n) W/unit, for sweeps, where chosen [-]
-    real(wp) :: unit = 1.0_wp                 !! power of two near the largest of W [length/force]
   end type compliance_t
 
 contains
@@ -61,7 +57,7 @@ contains
     allocate (compliance%left(n, 0), compliance%right(n, 0))
   end subroutine take_map
 
-  !> Move it, without its copies in single precision.
+  !> Move it, without its rough copy.
   subroutine take_compliance(from, to)
     type(compliance_t), intent(inout) :: from
     type(compliance_t), intent(out) :: to
@@ -174,16 +170,6 @@ contains
     ! W is symmetric: its columns are its rows.
     row_product = ddot(compliance%n, compliance%w(:, row), 1, v, 1)
   end function row_product
-
-  !> The same in single precision, where there is a copy of W in it.
-  real(wp) function single_row_product(compliance, row, v)
-    type(compliance_t), intent(in) :: compliance
-    integer, intent(in) :: row
-    real(sp), contiguous, intent(in) :: v(:) !! (n) [force]
-
-    single_row_product = compliance%unit*real(sdot(compliance%n, compliance%single_w(:, row), 1, &
-      v, 1), wp)
-  end function single_row_product
 
   !> A row of a sparse W times a vector.
   pure function coupled_product(compliance, couplings, rows, i, row, v) result(w_v)
@@ -395,31 +381,5 @@ contains
 
     rough_rows = compliance%rough%n
   end function rough_rows
-
-  !> Keep W in single precision beside W: half the memory to read in sweeps.
-  subroutine add_single_copy(compliance)
-    type(compliance_t), intent(inout) :: compliance
-    real(wp) :: largest
-    integer :: i
-
-    if (is_map(compliance)) return
-    largest = 0.0_wp
-    do i = 1, compliance%n
-      largest = max(largest, compliance%w(i, i))
-    end do
-    compliance%unit = 1.0_wp
-    if (largest > 0.0_wp) compliance%unit = scale(1.0_wp, exponent(largest))
-    allocate (compliance%single_w(compliance%n, compliance%n))
-    do i = 1, compliance%n
-      compliance%single_w(:, i) = real(compliance%w(:, i)/compliance%unit, sp)
-    end do
-  end subroutine add_single_copy
-
-  !> Whether W is there in single precision too.
-  pure logical function has_single(compliance)
-    type(compliance_t), intent(in) :: compliance
-
-    has_single = allocated(compliance%single_w)
-  end function has_single
 
 end module compliance_mod

@@ -8,7 +8,7 @@
 module global_newton_mod
   use kinds_mod, only: wp
   use progress_line_mod, only: show_progress
-  use controls_mod, only: contact_controls_t, solver_global_newton, linear_direct
+  use controls_mod, only: contact_controls_t, solver_global_newton
   use increment_report_mod, only: ended_at_limit, ended_stalled
   use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
@@ -163,7 +163,7 @@ contains
     type(contact_controls_t), intent(in) :: controls
 
     exactly = controls
-    if (problem%n_rows <= exact_response) exactly%linear = linear_direct
+    if (problem%n_rows <= exact_response) exactly%factorises = .true.
   end function exact_controls
 
   !> Halve the step until |Z| decreases.

@@ -7,7 +7,7 @@ module newton_correction_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
   use banded_mod, only: solve_band
-  use controls_mod, only: contact_controls_t, linear_auto, linear_gmres
+  use controls_mod, only: contact_controls_t
   use near_stiffness_mod, only: times_near
   use problem_mod, only: contact_problem_t, rough_product_with_w, pack_rows, unpack_rows
   use compliance_mod, only: block_of, get_column, is_map
@@ -62,7 +62,7 @@ contains
     integer :: k, first, inner
     logical :: reached, needs_gmres, may_factorise
 
-    if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
+    if (allocated(problem%couplings%order)) then
       reached = .false.
       do k = 1, size(z, 2)
         call solve_as_band(problem, now, z(:, k), dr(:, k), reached)
@@ -71,11 +71,11 @@ contains
       if (reached) return
     end if
     call find_moving(problem, now, moving)
-    needs_gmres = controls%linear == linear_gmres .or. is_map(problem%compliance)
+    needs_gmres = is_map(problem%compliance)
     may_factorise = .not. needs_gmres .and. problem%n_rows <= largest_dense
     first = 1
-    if (needs_gmres .or. (controls%linear == linear_auto .and. .not. (gmres_failed .and. &
-      may_factorise) .and. .not. is_cheap(problem, size(moving), size(z, 2)))) then
+    if (needs_gmres .or. .not. (controls%factorises .or. (gmres_failed .and. may_factorise) .or. &
+      is_cheap(problem, size(moving), size(z, 2)))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)

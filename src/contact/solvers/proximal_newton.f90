@@ -11,7 +11,7 @@
 module proximal_newton_mod
   use kinds_mod, only: wp
   use progress_line_mod, only: show_progress
-  use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
+  use controls_mod, only: contact_controls_t, solver_global_newton
   use increment_report_mod, only: ended_well, ended_stalled
   use banded_mod, only: invert_band
   use near_stiffness_mod, only: near_stiffness_t
@@ -69,9 +69,7 @@ contains
     logical :: is_solved, is_last !! the step
 
     newton = controls
-    if (newton%linear == linear_auto .and. .not. allocated(problem%twin)) then
-      newton%linear = linear_direct
-    end if
+    if (.not. allocated(problem%twin)) newton%factorises = .true.
     of_point = 1.0_wp/problem%rho_map
     if (allocated(problem%twin)) then
       where (problem%twin == 0) of_point = 0.0_wp

@@ -1,7 +1,7 @@
 !> Gauss-Seidel sweeps over the contact points: each point solved in turn, the others frozen at
 !> their newest.
 module sweeps_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   use progress_line_mod, only: show_progress
   use undefined_mod, only: undefined
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
@@ -10,7 +10,7 @@ module sweeps_mod
   use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions, mu_at
-  use compliance_mod, only: row_product, single_row_product, coupled_product, has_single
+  use compliance_mod, only: row_product, coupled_product
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -32,16 +32,6 @@ module sweeps_mod
     integer  :: local_iterations = 0
   end type sweep_t
 
-  !> Where W is there in single precision: reactions with exact gaps, to which sweeps add what
-  !> reactions have changed since. As that gets small, so does what single precision makes of it.
-  type :: base_t
-    integer  :: age = huge(1)             !! sweeps since it was taken
-    real(wp), allocatable :: r(:), x(:)   !! (n_rows) x = W r + x_free [force], [length]
-    real(wp) :: size = 1.0_wp             !! power of two near the forces [force]
-    real(sp), allocatable :: change(:)    !! (n_rows) of the reactions since, over size [-]
-  end type base_t
-
-  integer,  parameter :: oldest_base = 10         !! sweeps
   integer,  parameter :: anderson_depth = 10
   integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
   integer,  parameter :: patience = 5000          !! sweeps without a tenth of progress
@@ -64,7 +54,6 @@ contains
     type(local_point_t) :: template
     type(anderson_t) :: memory
     type(sweep_t) :: sweep
-    type(base_t) :: base
     real(wp) :: old(problem%n_rows), new(problem%n_rows), r_start(3, problem%n_points)
     real(wp) :: scale, largest !! of residuals; beyond which forces diverge [force]
 
@@ -72,7 +61,6 @@ contains
     if (controls%acceleration) memory = new_anderson(problem%n_rows, anderson_depth)
     r_start = r
     old = pack_rows(problem, r)
-    allocate (base%r(problem%n_rows), base%x(problem%n_rows), base%change(problem%n_rows))
     report%residual = huge(report%residual)
     call judge(problem, x_free, old, r_start, controls, r, report)
     if (controls%stop_rule == stop_at_change) report%converged = .false.
@@ -85,11 +73,7 @@ contains
         exit iterate
       end if
       new = old
-      if (has_single(problem%compliance)) then
-        if (base%age >= oldest_base) report%products = report%products + 1
-        call keep_base(problem, x_free, new, base)
-      end if
-      call sweep_points(problem, x_free, controls, template, solve_point, base, new, sweep)
+      call sweep_points(problem, x_free, controls, template, solve_point, new, sweep)
       report%iterations = report%iterations + 1
       report%products = report%products + 1
       report%local_iterations = report%local_iterations + sweep%local_iterations
@@ -222,13 +206,12 @@ contains
   end subroutine solve_nothing
 
   !> One visit to every point, in the order of the points.
-  subroutine sweep_points(problem, x_free, controls, template, solve_point, base, packed, sweep)
+  subroutine sweep_points(problem, x_free, controls, template, solve_point, packed, sweep)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     type(local_point_t), intent(in) :: template
     procedure(local_solver), pointer, intent(in) :: solve_point
-    type(base_t), intent(inout) :: base    !! where W is single
     real(wp), contiguous, intent(inout) :: packed(:) !! (n_rows) reactions [force]
     type(sweep_t), intent(out) :: sweep
     type(local_point_t) :: point
@@ -238,7 +221,7 @@ contains
 
     point = template
     do i = 1, problem%n_points
-      call freeze(problem, x_free, base, packed, i, r_old, x)
+      call freeze(problem, x_free, packed, i, r_old, x)
       point%mu = problem%mu(i)
       if (allocated(problem%law)) point%law = problem%law(i)
       point%stays = problem%stays(i)
@@ -269,10 +252,7 @@ contains
       if (abs(r(1)) > 0.0_wp) r = r_old + controls%relaxation*(r - r_old)
       do a = 1, 3
         row = problem%row(a, i)
-        if (row == 0) cycle
-        packed(row) = r(a)
-        if (has_single(problem%compliance)) base%change(row) = real((r(a) - base%r(row))/ &
-          base%size, sp)
+        if (row > 0) packed(row) = r(a)
       end do
       sweep%change = sweep%change + sum((r - r_old)**2)
     end do
@@ -280,30 +260,11 @@ contains
     sweep%seen_residual = sqrt(sweep%seen_residual)
   end subroutine sweep_points
 
-  !> Take the reactions as the new base when the old one has its age; what they differ from it.
-  subroutine keep_base(problem, x_free, packed, base)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: x_free(:), packed(:) !! (n_rows) [length], [force]
-    type(base_t), intent(inout) :: base
-
-    if (base%age >= oldest_base) then
-      base%age = 0
-      base%r(:) = packed
-      base%x(:) = relative_gaps(problem, x_free, packed)
-      base%size = max(maxval(abs(packed)), maxval(abs(x_free))*maxval(problem%rho_map))
-      if (base%size > 0.0_wp) base%size = scale(1.0_wp, exponent(base%size))
-      if (base%size <= 0.0_wp) base%size = 1.0_wp
-    end if
-    base%age = base%age + 1
-    base%change(:) = real((packed - base%r)/base%size, sp)
-  end subroutine keep_base
-
   !> Reaction and x of point i as they are now: one pass over its rows of W.
-  subroutine freeze(problem, x_free, base, packed, i, r, x)
+  subroutine freeze(problem, x_free, packed, i, r, x)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     real(wp), contiguous, intent(in) :: packed(:)
-    type(base_t), intent(in) :: base
     integer, intent(in) :: i
     real(wp), intent(out) :: r(3), x(3)
     integer :: a, row
@@ -320,8 +281,6 @@ contains
       if (allocated(problem%couplings%other)) then
         x(a) = x_free(row) + coupled_product(problem%compliance, problem%couplings, &
           problem%row, i, row, packed)
-      else if (has_single(problem%compliance)) then
-        x(a) = base%x(row) + base%size*single_row_product(problem%compliance, row, base%change)
       else
         x(a) = x_free(row) + row_product(problem%compliance, row, packed)
       end if

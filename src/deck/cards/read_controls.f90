@@ -9,11 +9,11 @@
 !>     *CONTACT FILE
 module read_controls_mod
   use cards_mod, only: note, reader_t, report
-  use controls_mod, only: contact_controls_t, linear_auto, output_controls_t, solver_auto, &
+  use controls_mod, only: contact_controls_t, output_controls_t, solver_auto, &
     solver_global_newton, solver_sweeps, stop_at_change
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: any_number, fields_t, is_empty_field, name_field, next_data_line
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, &
     has_option, integer_option, open_card, open_only_card, option_position, text_option
   use solver_options_mod, only: set_solver_option, solver_options
   use text_mod, only: string_t, to_text, upper
@@ -38,7 +38,6 @@ contains
     if (.not. found) return
     call allow_options(reader, card)
     call allow_no_data(reader, card)
-    call flag_option(reader, card, 'ANDERSON', controls%acceleration)
     of_sweeps = .false.
     do i = 1, size(solver_options)
       name = trim(solver_options(i))
@@ -72,15 +71,8 @@ contains
     type(reader_t), intent(inout) :: reader
     type(contact_controls_t), intent(in) :: controls
 
-    if (controls%solver == solver_sweeps) then
-      if (controls%linear /= linear_auto) call note(reader, &
-        'LINEAR of *CONTACT SOLVER is ignored: it applies to global Newton only')
-    else
-      if (controls%acceleration) call note(reader, &
-        'ANDERSON of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
-      if (controls%stop_rule == stop_at_change) call note(reader, &
-        'STOP=CHANGE of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
-    end if
+    if (controls%solver /= solver_sweeps .and. controls%stop_rule == stop_at_change) call note( &
+      reader, 'STOP=CHANGE of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
   end subroutine note_unused
 
   !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together. Only displacements may be left out,

@@ -1,6 +1,6 @@
-!> In which arithmetic the stiffness is factorised and the compliance is kept.
+!> In which arithmetic the stiffness is factorised.
 !>
-!>     *PRECISION, FACTOR=DOUBLE, COMPLIANCE=DOUBLE, BLOCK LOW RANK=1e-8, OUT OF CORE=NO
+!>     *PRECISION, FACTOR=DOUBLE, BLOCK LOW RANK=1e-8, OUT OF CORE=NO
 !>
 !> What it does not say is chosen by the plan, as memory requires.
 module read_precision_mod
@@ -31,8 +31,6 @@ contains
     call choice_option(reader, card, 'FACTOR', choice, ok)
     if (ok) precision%single_factor = choice == 2
     if (ok) precision%factor_is_given = choice < 3
-    call choice_option(reader, card, 'COMPLIANCE', choice, ok)
-    if (ok) precision%single_compliance = choice == 2
     call real_option(reader, card, 'BLOCK LOW RANK', 1.0_wp, precision%block_low_rank, &
       precision%low_rank_is_given)
     call choice_option(reader, card, 'OUT OF CORE', choice, ok)

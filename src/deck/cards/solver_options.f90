@@ -6,7 +6,7 @@
 module solver_options_mod
   use controls_mod, only: compliance_auto, compliance_dense, compliance_products, &
     contact_controls_t, formulation_bipotential, &
-    formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
+    formulation_pseudopotential, local_exact, &
     local_newton, local_newton6, local_uzawa, solver_auto, solver_global_newton, solver_sweeps, &
     stop_at_change, stop_at_residual
   use deck_table_mod, only: same_word
@@ -18,9 +18,9 @@ module solver_options_mod
 
   public :: solver_options, set_solver_option
 
-  !> Those that have a value, as a deck writes them. The last three are of decks alone.
-  character(*), parameter :: solver_options(10) = [character(11) :: 'SOLVER', 'FORMULATION', &
-    'LOCAL', 'RHO', 'RELAXATION', 'TOLERANCE', 'MAX SWEEPS', 'STOP', 'LINEAR', 'COMPLIANCE']
+  !> Those that have a value, as a deck writes them. The last two are of decks alone.
+  character(*), parameter :: solver_options(9) = [character(11) :: 'SOLVER', 'FORMULATION', &
+    'LOCAL', 'RHO', 'RELAXATION', 'TOLERANCE', 'MAX SWEEPS', 'STOP', 'COMPLIANCE']
 
 contains
 
@@ -50,9 +50,6 @@ contains
         [local_uzawa, local_newton, local_newton6, local_exact, 0], i)
       if (i /= 0) controls%local = i
       if (i /= 0) of_sweeps = .true.
-    case ('LINEAR')
-      call choose([character(6) :: 'AUTO', 'DIRECT', 'GMRES'], &
-        [linear_auto, linear_direct, linear_gmres], controls%linear)
     case ('COMPLIANCE')
       call choose([character(8) :: 'AUTO', 'DENSE', 'PRODUCTS'], &
         [compliance_auto, compliance_dense, compliance_products], controls%compliance)
