@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.element_faces import CELLS
 from bipot.errors import ResultError
+from bipot.quantities import von_mises
 
 if TYPE_CHECKING:
     import os
@@ -145,8 +146,6 @@ class Path:
         the file has them displacement_x, ..., stress_xx, ..., von_mises, contact_pressure.
         pandas.DataFrame takes it as it is.
         """
-        from bipot.result import von_mises
-
         ids = np.append(self.result.element_ids, 0)
         columns = {"distance": self.distance}
         columns |= dict(zip("xyz", self.points.T, strict=True))

@@ -3,10 +3,12 @@
 What is drawn, a subject a file, is in bipot.drawing; which pictures there are is said here.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Collection, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -17,7 +19,10 @@ from bipot.drawing.curves import draw_pressures
 from bipot.drawing.film import draw_animation
 from bipot.drawing.histories import draw_errors, draw_forces
 from bipot.drawing.sequence import draw_sequence
-from bipot.result import Result, ResultError
+from bipot.errors import ResultError
+
+if TYPE_CHECKING:
+    from bipot.result import Result
 
 __all__ = (
     "COMPONENTS", "NAMES", "Look", "Picture", "animate", "figure", "has_bodies", "pictures_of",

@@ -34,6 +34,7 @@ from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
 from bipot.named_sets import NamedSets
 from bipot.pairs import Pair, Pairs
+from bipot.quantities import OPEN, SLIDE, STATUS_NAMES, STICK, von_mises
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
 from bipot.springs import Springs
 from bipot.summary import Summary, summarize
@@ -51,10 +52,6 @@ __all__ = (
 )
 
 Array = NDArray[Any]
-
-OPEN, STICK, SLIDE = 0, 1, 2
-STATUS_NAMES = ("open", "stick", "slide")
-
 
 # What of a deck asks for a field that not every result has.
 ASKED_BY = {
@@ -726,14 +723,6 @@ class Result:
             for name, text in self._summary().items()
         )
         return f"<table><caption>{escape(str(self.path))}</caption>{rows}</table>"
-
-
-def von_mises(stress: Array) -> Array:
-    """Return von Mises's stress of rows XX YY ZZ XY YZ XZ."""
-    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
-    return np.sqrt(
-        ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy**2 + yz**2 + xz**2)
-    )
 
 
 def _plain(value: Any) -> Any:

@@ -29,6 +29,37 @@ from package import ROOT, WithFolder, bipot  # noqa: E402
 PACKAGE = ROOT / "scripts" / "bipot"
 
 
+def imported_modules(path):
+    """Return the modules of the package that a file imports when it is loaded or run: those of
+    annotations alone, under TYPE_CHECKING, do not count."""
+    found = set()
+    waiting = [ast.parse(path.read_text(encoding="utf-8"))]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module} | {f"{node.module}.{name.name}" for name in node.names}
+        waiting += ast.iter_child_nodes(node)
+    paths = {PACKAGE.parent.joinpath(*name.split(".")).with_suffix(".py") for name in found}
+    return {path for path in paths if path.is_file()}
+
+
+class Imports(unittest.TestCase):
+    def test_no_module_imports_itself_by_way_of_others(self):
+        """A result is read, drawn, and put on pages: what is below does not know what is above,
+        also where a method imports late what draws it."""
+        waiting = {path: imported_modules(path) for path in PACKAGE.rglob("*.py")}
+        self.assertGreater(len(waiting), 30)
+        self.assertIn(PACKAGE / "page.py", waiting[PACKAGE / "result.py"])
+        while free := [path for path, needed in waiting.items() if not needed & set(waiting)]:
+            for path in free:
+                del waiting[path]
+        self.assertEqual(sorted(str(path.relative_to(PACKAGE)) for path in waiting), [])
+
+
 class Names(unittest.TestCase):
     def test_all_that_is_promised_is_there(self):
         promised = sorted(name for names in bipot._MODULES.values() for name in names)

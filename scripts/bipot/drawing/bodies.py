@@ -15,7 +15,7 @@ from bipot.drawing.style import BOTH, COLD, RED, WARM, colour_bar, styled
 from bipot.drawing.turned import AXES, STEP, turn_section, upright, without_the_gap
 from bipot.element_faces import face_normals
 from bipot.errors import ResultError
-from bipot.result import von_mises
+from bipot.quantities import von_mises
 
 ERROR = 0.02  # by which contact may be drawn wrong, of the size of the bodies
 SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a close-up

@@ -8,7 +8,7 @@ from bipot.drawing import views
 from bipot.drawing.curves import draw_states
 from bipot.drawing.style import COLOURS, GRID, INK, styled
 from bipot.element_faces import face_normals
-from bipot.result import OPEN, STATUS_NAMES
+from bipot.quantities import OPEN, STATUS_NAMES
 
 MAX_ARROWS = 9  # along an edge of the map
 FLAT = np.cos(np.radians(40))  # normals no further than this from their mean: seen along that

@@ -5,7 +5,7 @@ import numpy as np
 
 from bipot.drawing.histories import PALETTE, legend_beside
 from bipot.drawing.style import COLOURS, GRID, INK, styled
-from bipot.result import STATUS_NAMES
+from bipot.quantities import STATUS_NAMES
 
 PANELS = (
     ("displacement", "length", lambda name: name.startswith("displacement_")),

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot.drawing.style import COLOURS, GRID, INK, styled
-from bipot.result import SLIDE, STICK
+from bipot.quantities import SLIDE, STICK
 from bipot.summary import OF_ROUNDING
 
 FEW = 25  # increments that get a mark each: the line between two hides how few they are

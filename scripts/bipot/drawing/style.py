@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap
 
-from bipot.result import OPEN, SLIDE, STICK
+from bipot.quantities import OPEN, SLIDE, STICK
 
 COLOURS = {OPEN: "#ffffff", STICK: "#2f6db0", SLIDE: "#e8813a"}
 INK, GRID = "#303030", "#c9c9c9"
