@@ -126,7 +126,8 @@ contains
   !> has changed by, which keeps the digits of small displacements. docs/theory.md (12.4).
   !>
   !> The change is the relative displacement along the mean of the normals then and now, each with
-  !> its distance from centre or axis: (b - a).(b + a)/(|b| + |a|) of the arms a and b.
+  !> its distance from centre or axis: (b - a).(b + a)/(|b| + |a|) of the arms a and b. Where there
+  !> is neither, it is the difference of the gaps.
   pure subroutine follow_point(obstacle, shift, x, u, rounding, gap, normal)
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in)  :: shift(3)  !! how far the obstacle has moved [length]
@@ -140,9 +141,14 @@ contains
 
     call locate_point(obstacle, stays, x, at_rest, before)
     call locate_point(obstacle, shift, x + u, gap, normal)
-    arms = 1.0_wp
-    if (obstacle%kind /= obstacle_plane) arms = max(0.0_wp, obstacle%radius + &
-      merge(-1.0_wp, 1.0_wp, obstacle%inner)*[at_rest, gap])
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      arms = 1.0_wp
+    case (obstacle_sphere, obstacle_cylinder)
+      arms = max(0.0_wp, obstacle%radius + merge(-1.0_wp, 1.0_wp, obstacle%inner)*[at_rest, gap])
+    case default
+      arms = 0.0_wp
+    end select
     if (.not. sum(arms) > 0.0_wp) return
     if (abs(at_rest) <= rounding) at_rest = 0.0_wp
     gap = at_rest + dot_product(u - shift, (arms(1)*before + arms(2)*normal)/sum(arms))

@@ -291,7 +291,8 @@ contains
         call place_state(scene, points, solver%undeformed, new, placement)
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
-        change = resultant_change(points, other%reaction, new%reaction)
+        change = resultant_change(points, other%reaction, new%reaction, sum(force_rounding( &
+          scene%mesh, scene%materials, max(abs(old%displacement), abs(new%displacement)))))
       end if
     end function change
 
@@ -515,9 +516,10 @@ contains
   end function energy_change
 
   !> The largest change of a pair's resultant, beside the largest resultant.
-  pure function resultant_change(points, one, other) result(change)
+  pure function resultant_change(points, one, other, rounding) result(change)
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n_points) reactions in x, y, z [force]
+    real(wp), intent(in), optional :: rounding     !! resultants up to which are none [force]
     real(wp) :: change                             !! 0 where there are no forces [-]
     real(wp) :: largest
     integer :: i
@@ -531,6 +533,9 @@ contains
       end associate
     end do
     if (largest > 0.0_wp) change = change/largest
+    if (present(rounding)) then
+      if (largest <= rounding) change = 0.0_wp
+    end if
   end function resultant_change
 
 end module load_step_error_mod

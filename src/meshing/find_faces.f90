@@ -2,13 +2,15 @@
 module find_faces_mod
   use growing_lists_mod, only: append
   use cells_mod, only: cells, face_corners
-  use connectivity_mod, only: nodes_of_element, nodes_of_face
-  use mesh_draft_mod, only: mesh_draft_t
+  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_face
+  use faces_mod, only: face_area_vectors
+  use kinds_mod, only: wp
+  use mesh_draft_mod, only: mesh_draft_t, solids
   use sorting_mod, only: order_of_columns, sort_ascending
   implicit none
   private
 
-  public :: find_outer_faces
+  public :: find_outer_faces, size_of_face
 
 contains
 
@@ -46,6 +48,25 @@ contains
       faces(:, n) = candidate(:, i)
     end do
   end subroutine find_outer_faces
+
+  !> The area of a face; of a slice the length of its edge in the plane, 0 of a face that is the
+  !> plane's: how thick slices are says nothing of their mesh.
+  pure real(wp) function size_of_face(mesh, element, face)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: element, face
+    integer :: node(face_corners), base(face_corners), ends(2), k
+
+    node = nodes_of_face(mesh%connectivity, element, face)
+    if (mesh%plane == solids) then
+      size_of_face = norm2(sum(face_area_vectors(mesh%coordinates(:, node(:corners_in(node)))), 2))
+      return
+    end if
+    size_of_face = 0.0_wp
+    base = nodes_of_face(mesh%connectivity, element, 1)
+    ends = pack(node, [(any(base == node(k)), k=1, face_corners)], [0, 0])
+    if (all(ends > 0)) size_of_face = norm2(mesh%coordinates(:, ends(1)) - mesh%coordinates(:, &
+      ends(2)))
+  end function size_of_face
 
   !> All faces of elements whose corners are among `nodes`.
   subroutine find_candidates(mesh, nodes, faces)

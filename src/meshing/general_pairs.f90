@@ -7,6 +7,7 @@ module general_pairs_mod
   use faces_mod, only: face_area_vectors
   use face_directions_mod, only: may_touch_itself
   use kinds_mod, only: wp
+  use find_faces_mod, only: size_of_face
   use matching_faces_mod, only: skin_faces
   use mesh_draft_mod, only: mesh_draft_t, solids
   use obstacle_shapes_mod, only: is_meshed, locate_point
@@ -607,7 +608,7 @@ contains
     type(mesh_draft_t), intent(in) :: mesh
     type(sides_t), intent(in) :: sides
     real(wp) :: edge(size(sides%first) - 1) !! [length]
-    integer :: node(face_corners), base(face_corners), ends(2), b, e, f, k
+    integer :: b, e, f
     integer, allocatable :: given(:)        ! (n_elements) the deck's element
     logical, allocatable :: is_counted(:, :)
     real(wp) :: n
@@ -624,19 +625,11 @@ contains
       n = 0.0_wp
       do f = sides%first(b), sides%first(b + 1) - 1
         associate (element => sides%face(1, f), face => sides%face(2, f))
-          node = nodes_of_face(mesh%connectivity, element, face)
-          if (mesh%plane == solids) then
-            edge(b) = edge(b) + norm2(sum(face_area_vectors(mesh%coordinates(:, &
-              node(:corners_in(node)))), 2))
-          else
-            base = nodes_of_face(mesh%connectivity, element, 1)
-            ends = pack(node, [(any(base == node(k)), k=1, face_corners)], [0, 0])
-            if (all(ends > 0)) edge(b) = edge(b) + norm2(mesh%coordinates(:, ends(1)) - &
-              mesh%coordinates(:, ends(2)))
-          end if
+          edge(b) = edge(b) + size_of_face(mesh, element, face)
           if (is_counted(face, given(element))) cycle
           is_counted(face, given(element)) = .true.
-          n = n + merge(0.5_wp, 1.0_wp, mesh%plane == solids .and. corners_in(node) == 3)
+          n = n + merge(0.5_wp, 1.0_wp, mesh%plane == solids .and. corners_in(nodes_of_face( &
+            mesh%connectivity, element, face)) == 3)
         end associate
       end do
       edge(b) = edge(b)/max(0.5_wp, n)

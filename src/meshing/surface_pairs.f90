@@ -2,7 +2,8 @@
 !> hold before anything may be computed.
 module surface_pairs_mod
   use cards_mod, only: note, reader_t, report
-  use connectivity_mod, only: corners_in, nodes_of_element
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_face
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other, look_away
@@ -12,7 +13,8 @@ module surface_pairs_mod
     reach_of_all_facets, reach_of_facets
   use face_directions_mod, only: may_touch_itself
   use faces_mod, only: face_area_vectors
-  use find_faces_mod, only: find_outer_faces
+  use find_faces_mod, only: find_outer_faces, size_of_face
+  use mesh_draft_mod, only: mesh_draft_t, solids
   use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
@@ -469,8 +471,8 @@ contains
         return
       end if
       if (any(mortar%area > 0.0_wp)) then
-        if (.not. allocated(pair%left_open)) call note_coarse_slave(reader, slave, master, slaves, &
-          masters, x, mortar)
+        if (.not. allocated(pair%left_open)) call note_coarse_slave(reader, model%mesh, slave, &
+          master, mortar)
         return
       end if
       if (look_away(slaves, masters, x)) then
@@ -496,20 +498,19 @@ contains
   end function is_self
 
   !> Note where the slave's faces are larger than those of the master that they lie opposite.
-  subroutine note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
+  subroutine note_coarse_slave(reader, mesh, slave, master, mortar)
     type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: mesh
     type(surface_t), intent(in) :: slave, master
-    integer, intent(in) :: slaves(:, :), masters(:, :) !! (4,n) nodes of the faces
-    real(wp), intent(in) :: x(:, :)                    !! (3,n_nodes) [length]
     type(mortar_t), intent(in) :: mortar
-    logical :: takes_part(size(x, 2))
+    logical :: takes_part(mesh%n_nodes)
     real(wp) :: slave_edge, master_edge
 
     takes_part = .false.
     takes_part(pack(slave%nodes, mortar%area > 0.0_wp)) = .true.
     takes_part(mortar%weights%node) = .true.
-    slave_edge = mean_edge(slaves)
-    master_edge = mean_edge(masters)
+    slave_edge = mean_edge(slave%faces)
+    master_edge = mean_edge(master%faces)
     if (slave_edge <= much_coarser*master_edge .or. .not. master_edge > 0.0_wp) return
     call note(reader, 'contact pair '//slave%name//':'//master%name//': the faces of the slave '// &
       'are larger than those of the master (edges of about '//to_text(slave_edge, 2)//' and '// &
@@ -518,23 +519,22 @@ contains
 
   contains
 
-    !> The edge of a square as large as the mean of the faces that take part with all nodes; 0: none
-    !> does.
+    !> The edge of a square as large as the mean of the faces that take part with all nodes, of
+    !> slices the mean edge in the plane; 0: none does.
     real(wp) function mean_edge(faces)
-      integer, intent(in) :: faces(:, :)
-      real(wp) :: area
-      integer :: f, n
+      integer, intent(in) :: faces(:, :) !! (2,n) element, face
+      integer :: node(face_corners), f, n
 
-      area = 0.0_wp
+      mean_edge = 0.0_wp
       n = 0
       do f = 1, size(faces, 2)
-        associate (corners => faces(:corners_in(faces(:, f)), f))
-          if (.not. all(takes_part(corners))) cycle
-          area = area + norm2(sum(face_area_vectors(x(:, corners)), 2))
-        end associate
+        node = nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f))
+        if (.not. all(takes_part(node(:corners_in(node))))) cycle
+        mean_edge = mean_edge + size_of_face(mesh, faces(1, f), faces(2, f))
         n = n + 1
       end do
-      mean_edge = sqrt(area/max(n, 1))
+      mean_edge = mean_edge/max(n, 1)
+      if (mesh%plane == solids) mean_edge = sqrt(mean_edge)
     end function mean_edge
 
   end subroutine note_coarse_slave

@@ -229,6 +229,31 @@ class Hints(unittest.TestCase):
         )
         self.assertIn("better slave", self.solved(TWO, finer, graded))
 
+    def test_a_coarse_slave_in_a_plane(self):
+        """Edges are those in the plane, however thick its slices are."""
+        def strip(low, first, elements, along):
+            nodes = "".join(
+                f"{first + 2 * i + k}, {i * along}, {low + k}\n" for i in range(elements + 1)
+                for k in (0, 1)
+            )
+            quads = "".join(
+                f"{first + i}, {first + 2 * i}, {first + 2 * i + 2}, {first + 2 * i + 3}, "
+                f"{first + 2 * i + 1}\n" for i in range(elements)
+            )
+            return f"*NODE, NSET=N{first}\n{nodes}*ELEMENT, TYPE=CPE4, ELSET=E{first}\n{quads}"
+
+        deck = "*HEADING\nPlane\n" + strip(0, 1, 4, 0.25) + strip(1, 101, 2, 0.5) + (
+            "*SURFACE, NAME=ABOVE\nE101, S1\n*SURFACE, NAME=BELOW\nE1, S3\n"
+            "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+            "*SOLID SECTION, ELSET=E1, MATERIAL=M\n0.001\n"
+            "*SOLID SECTION, ELSET=E101, MATERIAL=M\n0.001\n"
+            "*SURFACE INTERACTION, NAME=I\n*CONTACT PAIR, INTERACTION=I\nABOVE, BELOW\n"
+            "*NSET, NSET=LOW, GENERATE\n1, 9, 2\n*NSET, NSET=HIGH, GENERATE\n102, 106, 2\n"
+            "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nLOW, 1, 2\nHIGH, 1\nHIGH, 2, 2, -0.001\n"
+            "*END STEP\n"
+        )
+        self.assertIn("(edges of about 0.5 and 0.25)", self.solved(deck))
+
     def test_faces_between_two_elements(self):
         """Wrong numbers of faces: all are refused, some are noted; the right ones say nothing."""
         lower = ("*SURFACE INTERACTION", "*SURFACE, NAME=FOOT\n" + "".join(
