@@ -13,6 +13,7 @@ module facing_surfaces_mod
   use sectors_mod, only: without_turn
   use surfaces_mod, only: all_nodes_of
   use state_mod, only: state_t
+  use node_freedom_mod, only: can_move_along
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
   use edge_middles_mod, only: edge_middles_t, find_edge_middles, vector_at_point
@@ -164,7 +165,7 @@ contains
         if (.not. has_both(scene, points, pair, side)) cycle
         call put_together(scene, points, pair, side, state, sides)
         call integrate(sides, rows)
-        left = is_left(scene, points, sides, contact)
+        left = is_left(scene, points, sides, rows, contact)
         do i = sides%first, sides%last
           associate (here => i - sides%first + 1)
             if (left(here) .or. .not. rows%area(here) > compared*rows%whole(here)) cycle
@@ -216,23 +217,25 @@ contains
 
   !> Points that are left as they are: by nodes that hang, by sides that cannot move apart, and by
   !> constraints rows are others than (11.2).
-  pure function is_left(scene, points, sides, contact) result(left)
+  pure function is_left(scene, points, sides, rows, contact) result(left)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(two_sides_t), intent(in) :: sides
+    type(rows_t), intent(in) :: rows
     type(contact_fields_t), intent(in) :: contact
     logical :: left(size(sides%x, 2)), is_other(size(sides%x, 2))
     logical :: is_shared(scene%mesh%n_nodes) !! a node that hangs lies between it and others
     integer :: i, f
 
     is_other = .false.
+    if (allocated(points%freedom)) is_other = .not. contact%weights%covers(sides%first:sides%last) &
+      .and. may_have_no_multiplier(points, sides, rows)
     left = .false.
     do i = 1, size(left)
       associate (point => sides%first + i - 1)
         if (allocated(points%is_joined)) left(i) = points%is_joined(point)
-        if (allocated(scene%mesh%hangs)) is_other(i) = scene%mesh%hangs(points%node(point))
-        if (.not. allocated(points%freedom) .or. contact%weights%covers(point)) cycle
-        is_other(i) = is_other(i) .or. points%freedom%is_bound(points%node(point))
+        if (allocated(scene%mesh%hangs)) is_other(i) = is_other(i) .or. &
+          scene%mesh%hangs(points%node(point))
       end associate
     end do
     do f = 1, size(sides%slave, 2)
@@ -252,6 +255,50 @@ contains
     end associate
   end function is_left
 
+  !> Nodes to which (11.17) may leave no multiplier: the master covers some of them, and supports
+  !> and constraints hold them along the normal, or let them move with the master.
+  pure function may_have_no_multiplier(points, sides, rows) result(may)
+    type(contact_points_t), intent(in) :: points
+    type(two_sides_t), intent(in) :: sides
+    type(rows_t), intent(in) :: rows
+    logical :: may(size(sides%x, 2))
+    real(wp), parameter :: turned = 0.2_wp
+    !! of a unit normal: more than what it turns by before it is no longer that of the mesh [-]
+    real(wp) :: normal(3, size(may))
+    logical :: is_followed(size(points%freedom%is_bound)) !! the master, or a node that leads it
+    integer :: i, c
+
+    do i = 1, size(may)
+      normal(:, i) = rows%normal(:, i)
+      where (is_across(points, sides%first + i - 1)) normal(:, i) = 0.0_wp
+      normal(:, i) = normal(:, i)/max(tiny(1.0_wp), norm2(normal(:, i)))
+    end do
+    associate (node => points%node(sides%first:sides%last), active => points%freedom%active)
+      may = .not. can_move_along(active, points%freedom%can_move, node, normal, turned)
+      is_followed = .false.
+      if (allocated(sides%node)) is_followed(sides%node) = .true.
+      do c = 1, active%n
+        if (is_followed(active%node(c))) is_followed(masters_of(c)) = .true.
+      end do
+      may = may .or. is_followed(node)
+      do c = 1, active%n
+        if (any(is_followed(masters_of(c)))) may = may .or. node == active%node(c)
+      end do
+    end associate
+    may = may .and. rows%area > 0.0_wp
+
+  contains
+
+    pure function masters_of(c) result(masters)
+      integer, intent(in) :: c !! constraint
+      integer, allocatable :: masters(:)
+
+      masters = points%freedom%active%master(points%freedom%active%first(c): &
+        points%freedom%active%first(c + 1) - 1)
+    end function masters_of
+
+  end function may_have_no_multiplier
+
   !> Hold the rows of a side against those of the increment.
   pure subroutine compare(scene, points, old, new, sides, rows, contact, torn_point)
     type(scene_t), intent(in) :: scene
@@ -270,7 +317,7 @@ contains
 
     first = sides%first
     last = sides%last
-    left = is_left(scene, points, sides, contact)
+    left = is_left(scene, points, sides, rows, contact)
     call find_edge_middles(scene, points, contact%weights, middles)
     ! With mid-side nodes what is covered less does not count, whatever the rules of quadrature.
     counts = compared
@@ -369,7 +416,7 @@ contains
     real(wp) :: slip(2), gone(3)
     integer :: i
 
-    left = is_left(scene, points, sides, contact)
+    left = is_left(scene, points, sides, rows, contact)
     do i = sides%first, sides%last
       associate (here => i - sides%first + 1)
         if (left(here) .or. .not. is_covered(points, contact%weights, i)) cycle
