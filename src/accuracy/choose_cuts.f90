@@ -22,8 +22,10 @@ module choose_cuts_mod
 
   integer, parameter :: most_cuts = 6
   real(wp), parameter :: enough = 0.5_wp
-  !! of what elements of half the size change, that those far from contact may have a part in [-]
-  real(wp), parameter :: little = 0.25_wp   !! of the accuracy, that a cut changes [-]
+  !! of what elements of half the size change, that those far from contact may have a part in: then
+  !! those at contact make the most of it, (10.14) [-]
+  real(wp), parameter :: little = 0.25_wp
+  !! of the accuracy, that a cut changes: of the first order all cuts after it make as much [-]
   real(wp), parameter :: for_near = 0.5_wp  !! of the accuracy, for the elements at contact [-]
 
 contains

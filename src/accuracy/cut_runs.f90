@@ -14,7 +14,7 @@ module cut_runs_mod
 
   real(wp), parameter :: most_near = 1.0_wp/3.0_wp
   !! of the elements at contact: where there are more, cutting all of them costs little more [-]
-  real(wp), parameter :: about_half = 0.55_wp !! of a size [-]
+  real(wp), parameter :: about_half = 0.55_wp !! of a size: but for whole numbers of elements [-]
   real(wp), parameter :: alike = 0.5_wp       !! of the accuracy, that two runs are apart [-]
 
 contains

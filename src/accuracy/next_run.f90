@@ -40,7 +40,8 @@ module next_run_mod
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all elements must get, from which on cuts at contact are tried
   real(wp), parameter :: far_off = 4.0_wp
-  !! times smaller that elements must get, from which on it is looked whether that helps
+  !! times smaller that elements must get, from which on it is looked whether that helps: two meshes
+  !! of half the size each, of which the last takes a thousand times as long
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
   real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]

@@ -165,8 +165,9 @@ contains
     integer, intent(in) :: pair
     real(wp), parameter :: least_slip = 1.0e-4_wp
     !! of the largest displacement: less is what a contact tolerance leaves
-    real(wp), parameter :: most_used = 0.999_wp !! where none slips
-    real(wp), parameter :: least_normal = 1.0e-3_wp !! of the largest reaction
+    real(wp), parameter :: most_used = 0.999_wp !! where none slips: a scale is 1/1000 at least
+    real(wp), parameter :: least_normal = 1.0e-3_wp
+    !! of the largest reaction: of what carries less the residual decides whether it slips
     real(wp) :: normal, bound, slope
     integer :: i
 

@@ -28,7 +28,8 @@ module run_within_mod
   real(wp), parameter :: largest_jump = 2.2_wp
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
-  real(wp), parameter :: worth_another_plan = 1.08_wp !! elements so many times smaller
+  real(wp), parameter :: worth_another_plan = 1.08_wp
+  !! elements so many times smaller: an error smaller by a twelfth, for the time of a plan
   real(wp), parameter :: worth_the_rest = 0.5_wp
   !! of the time, that is to be used: up to it another mesh need be finer by no more than that
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without

@@ -21,7 +21,8 @@ module step_limits_mod
   real(wp), parameter :: left_of_error = 0.5_wp !! of values that it is taken off [-]
   integer, parameter :: fewest_runs = 5 !! whose limits of the first order are believed
   real(wp), parameter :: order_of_limits = 2.0_wp !! the highest of these
-  real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on two meshes
+  real(wp), parameter :: least_part = 0.1_wp
+  !! of what they change, however alike on two meshes: these may be so by accident, as least_change
 
 contains
 

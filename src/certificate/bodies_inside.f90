@@ -49,7 +49,8 @@ module bodies_inside_mod
   end type look_t
 
   real(wp), parameter :: beyond = 4.0_wp
-  !! as deep may the corners of faces be as the deepest place that means are taken over [-]
+  !! as deep may the corners of faces be as the deepest place that means are taken over;
+  !! 370 random decks end alike with 2 to 8 [-]
 
 contains
 

@@ -10,7 +10,8 @@ module body_balance_mod
 
   public :: acting_t, worst_balance
 
-  real(wp), parameter :: most_at_node = 8.0_wp !! elements of a regular mesh [-]
+  real(wp), parameter :: most_at_node = 8.0_wp
+  !! elements of a regular mesh, whose forces may all be as large as the largest of one [-]
 
   !> What acts on the nodes from outside, (3,n_nodes) each [force].
   type :: acting_t

@@ -18,11 +18,14 @@ module certificate_scales_mod
   public :: scales_t, find_scales
 
   real(wp), parameter :: let_go = 1.0e-3_wp
-  !! of the forces before an increment: forces at its end are measured by no less [-]
+  !! of the forces before an increment: forces at its end are measured by no less, for where contact
+  !! opens everywhere the rest is rounding; 370 random decks end alike with 1e-4 to 1e-2 [-]
   real(wp), parameter :: nothing = 1.0e-8_wp
-  !! of the largest rounding of a force: forces are measured by no less [-]
+  !! of the largest rounding of a force: forces are measured by no less, so that nothing is beside
+  !! nothing; 370 random decks end alike with 1e-9 to 1e-7 [-]
   real(wp), parameter :: flat = 1.0e-14_wp
-  !! of the cube of its trace: a determinant of moments of inertia about a line [-]
+  !! of the cube of its trace: a determinant of moments of inertia about a line, or
+  !! a rod that is longer than 5e6 times its thickness [-]
 
   type :: scales_t
     real(wp), allocatable :: of_body(:)  !! (0:n_bodies) of forces, without contact [force]

@@ -7,8 +7,11 @@ module error_measures_mod
 
   public :: are_finite, largest_spread, ratio, rounded, excusable
 
-  real(wp), parameter :: rounded = 32.0_wp*epsilon(1.0_wp) !! of what is added up: lost in a sum [-]
-  real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
+  real(wp), parameter :: rounded = 32.0_wp*epsilon(1.0_wp)
+  !! of what is added up: lost in a sum; 370 random decks end alike with 4 to 256 eps [-]
+  real(wp), parameter :: excusable = 1.0e-3_wp
+  !! of a force: the most that rounding may excuse, so that what nothing holds, off by 1, never
+  !! passes; 370 random decks end alike with 1e-4 to 1e-2 [-]
 
 contains
 

@@ -27,7 +27,8 @@ module facing_surfaces_mod
   !! what weights and normals may differ by, and gaps beside the width of a node; quadratures in
   !! distorted faces differ by 1e-6 [-]
   real(wp), parameter :: compared = 0.05_wp
-  !! of a node's area: where less is covered the mass of a face has lost digits [-]
+  !! of a node's area: where less is covered the mass of a face has lost digits; 370 random decks
+  !! end alike with half and twice as much [-]
   real(wp), parameter :: uncovered = 1.0e30_wp !! gap of a point that nothing faces [length]
 
 contains
@@ -190,7 +191,7 @@ contains
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
     logical, intent(in) :: presses
-    real(wp), parameter :: aslant = 0.05_wp !! of what is covered: then all the way
+    real(wp), parameter :: aslant = 0.05_wp !! of what is covered: then all the way, (11.35)
 
     associate (above => rows%nearest(here) - mean)
       lift = (1.0_wp - rows%straight(here)/rows%area(here))/aslant

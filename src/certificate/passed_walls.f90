@@ -13,8 +13,11 @@ module passed_walls_mod
 
   public :: passed_wall
 
-  real(wp), parameter :: rounding = 1.0e-9_wp !! of places in a triangle, of its area [-]
-  real(wp), parameter :: same_way = 0.2_wp !! cosine of normals that look the same way, at least [-]
+  real(wp), parameter :: rounding = 1.0e-9_wp
+  !! of places in a triangle, of its area: what passes the edge of two must not miss both [-]
+  real(wp), parameter :: same_way = 0.2_wp
+  !! cosine of normals that look the same way, at least: as that of what presses from inside,
+  !! (9.10) [-]
 
   type :: moving_t
     type(hulls_t) :: before, after

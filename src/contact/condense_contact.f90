@@ -359,7 +359,8 @@ contains
     integer, intent(in) :: list(:)         !! the points of a group
     type(placement_t), intent(in) :: undeformed, placement
     type(placement_t) :: placed
-    real(wp), parameter :: same_faces = 0.995_wp !! cosine: 6 degrees
+    real(wp), parameter :: same_faces = 0.995_wp
+    !! cosine: 6 degrees, what strains of a tenth turn faces by
     integer :: k
 
     if (.not. any(points%on_surface(list))) then

@@ -13,8 +13,10 @@ module increments_in_time_mod
 
   public :: next_jump, end_in_time, shortest_in_time, is_too_long, longer
 
-  real(wp), parameter :: tolerable = 0.03_wp        !! error, as of error_in_time [-]
-  real(wp), parameter :: small = tolerable/8.0_wp   !! with which increments grow [-]
+  real(wp), parameter :: tolerable = 0.03_wp
+  !! error, as of error_in_time: 0.01 follows the ringing of the mesh (docs/theory/inertia.md) [-]
+  real(wp), parameter :: small = tolerable/8.0_wp
+  !! with which increments grow: the error is of the third order, in twice the time eight times [-]
   real(wp), parameter :: crossing = 1.0_wp/16.0_wp
   !! of the time that sound takes across an element: shorter increments resolve its mesh's ringing
 

@@ -26,7 +26,8 @@ module load_response_mod
   public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement, &
     prescribed_rate, impose_loads
 
-  real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
+  real(wp), parameter :: tolerable = 1.0e-6_wp
+  !! out of balance in a response, of the largest load: Newton-Raphson takes out what that leaves
   integer,  parameter :: max_refinements = 30   !! of a response to loads
 
   !> Made once for a *STEP.

@@ -50,7 +50,8 @@ module load_step_error_mod
   real(wp), parameter :: noise = 1.0e-6_wp
   !! of work and dissipation: what residuals of contact leave of them is less [-]
   real(wp), parameter :: halved = 0.75_wp
-  !! of the energy left over: no more with half the increment, as an error of its size is [-]
+  !! of the energy left over: no more with half the increment, as an error of its size is, half of
+  !! the first order and a quarter of the second [-]
   real(wp), parameter :: as_much = 0.9_wp
   !! the same with a quarter: what is lost where contact opens in a jump has been seen to leave 0.66
   integer, parameter :: few = 8

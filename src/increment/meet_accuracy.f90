@@ -19,7 +19,8 @@ module meet_accuracy_mod
   ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
   real(wp), parameter :: least_fraction = 0.02_wp
   real(wp), parameter :: largest_fraction = 0.05_wp
-  real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
+  real(wp), parameter :: of_discretisation = 0.1_wp
+  !! of the error of mesh and load steps: the certificate then allows as much again
   real(wp), parameter :: of_differences = 0.002_wp
   !! of the accuracy where meshes are compared: what differs must not be the solver's residual
   real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp

@@ -11,7 +11,9 @@ module near_points_mod
 
   public :: near_points, is_any_missed
 
-  real(wp), parameter :: margin = 0.2_wp !! gap of a near point, over how far points move [-]
+  real(wp), parameter :: margin = 0.2_wp
+  !! gap of a near point, over how far points move: with less more points are missed, which takes
+  !! another solution; with more each has more rows [-]
 
 contains
 

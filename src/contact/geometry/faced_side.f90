@@ -230,7 +230,8 @@ contains
     integer, intent(in) :: i
     real(wp), intent(in) :: now(3)
     real(wp) :: normal(3)
-    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
+    real(wp), parameter :: same_faces = 0.995_wp
+    !! cosine of normals then and now: 6 degrees, what strains of a tenth turn faces by
 
     normal = now
     if (dot_product(now, points%freedom%normal(:, i)) > same_faces) normal = &

@@ -17,7 +17,8 @@ module passed_obstacles_mod
   public :: find_passed, part_that_would_do
 
   real(wp), parameter :: behind = 0.2_wp
-  !! cosine of the angle between a face's outward normal and a contact normal from behind it [-]
+  !! cosine of the angle between a face's outward normal and a contact normal from behind it,
+  !! (9.10): at the rim of a block that is pressed from its side it is 0, or a little more [-]
 
 contains
 

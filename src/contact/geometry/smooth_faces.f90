@@ -29,7 +29,8 @@ module smooth_faces_mod
   end type smooth_faces_t
 
   real(wp), parameter :: pi = acos(-1.0_wp)
-  real(wp), parameter :: sharp = cos(30.0_wp*pi/180.0_wp) !! normals beyond it meet at an edge
+  real(wp), parameter :: sharp = cos(30.0_wp*pi/180.0_wp)
+  !! normals beyond it meet at an edge: a polygon of 12 stands for a circle
   real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
   real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
 
