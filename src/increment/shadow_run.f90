@@ -374,20 +374,18 @@ contains
     real(wp), intent(in) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
     real(wp), intent(in) :: strain            !! strain energy beside them [energy]
     type(state_t), intent(in) :: shadow
-    real(wp) :: largest, change, either
+    real(wp) :: largest, change
     integer :: i
 
     change = 0.0_wp
     largest = 0.0_wp
-    either = 0.0_wp
     do i = 1, size(points%first) - 1
       associate (a => points%first(i), b => points%first(i + 1) - 1)
         change = max(change, norm2(sum(reaction(:, a:b) - shadow%reaction(:, a:b), dim=2)))
         largest = max(largest, norm2(sum(shadow%reaction(:, a:b), dim=2)))
-        either = max(either, norm2(sum(reaction(:, a:b), dim=2)))
       end associate
     end do
-    if (max(largest, either) > 0.0_wp) then
+    if (max(largest, change) > 0.0_wp) then
       apart = share(change, largest)
     else
       apart = share(abs(strain - shadow%strain_energy), shadow%strain_energy)
