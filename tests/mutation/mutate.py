@@ -6,9 +6,10 @@
 
 Each mutant is compiled alone and linked before the library, so a build costs seconds; the tree
 itself is never touched. The unit programs that reach the mutated module run first, then the
-whole-program cases of its room. What was found is kept in BUILD/mutation/results.jsonl: a second
-call goes on where the first one ended, and repeats of the survivors only the tests that have
-changed. README.md beside this file says what the words of the report mean.
+whole-program cases, those of its room and the quick ones. What was found is kept in
+BUILD/mutation/results.jsonl: a second call goes on where the first one ended, and repeats of the
+survivors only the tests that have changed. README.md beside this file says what the words of the
+report mean.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ import time
 from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock
 
@@ -39,35 +40,20 @@ ROOT = HERE.parents[1]
 SOURCE = ROOT / "src"
 # As in the Debug tree, whose run-time checks scripts/test runs as well; and quick to compile.
 MUTATED = ["-O1", "-fcheck=all,no-array-temps", "-w"]
+SKIPPED = 77  # exit status of a case
 MEMORY_KB = 6_000_000  # address space of a test: an index or a size may ask for anything
 MANY_TIMES, AND_SECONDS = 5.0, 20.0  # a test that takes longer than that of its usual time hangs
-# Whole-program cases of a few seconds that end the search, by room; behind a blank the classes of
-# a file that are run.
+# Whole-program cases that look at a room and are not among the quick ones; behind a blank the
+# classes of a file that are run.
 CASES = {
-    "equations": ["cases/test_slab.py", "cases/test_savings.py", "cases/test_whole_bodies.py"],
-    "certificate": ["cases/test_slab.py", "cases/test_whole_bodies.py"],
-    "contact": ["cases/test_slab.py", "cases/test_whole_bodies.py", "cases/test_held_tangents.py"],
-    "contact/geometry": [
-        "cases/test_slab.py",
-        "cases/test_own_limits.py SmallContact",
-        "cases/test_between_nodes.py",
-    ],
-    "increment": [
-        "cases/test_slab.py",
-        "cases/test_load_paths.py",
-        "cases/test_whole_bodies.py",
-        "cases/test_held_tangents.py",
-        "cases/test_stability.py",
-    ],
-    "accuracy": ["cases/test_accuracy.py", "cases/test_budget.py"],
-    "elements": ["cases/test_slab.py", "cases/test_whole_bodies.py"],
-    "model": ["cases/test_slab.py", "cases/test_load_paths.py"],
-    "plan": ["cases/test_slab.py", "cases/test_plan.py Refused Chosen"],
-    "results": ["cases/test_slab.py"],
-    "run": ["cases/test_slab.py", "cases/test_savings.py"],
+    "accuracy": ["case_accuracy", "case_budget"],
+    "certificate": ["case_interference", "case_dynamics Steps"],
+    "console": ["case_signals Signals.test_what_it_says_can_be_given_to_a_shell"],
+    "equations": ["case_savings"],
+    "increment": ["case_stability", "case_dynamics Steps"],
+    "plan": ["case_plan Refused Chosen"],
+    "run": ["case_savings"],
 }
-CASES["geometry"] = CASES["contact/geometry"]
-CASES |= dict.fromkeys(("motions", "factors", "linearisation"), CASES["equations"])
 OUTCOMES = ("killed", "survived", "equivalent", "does not compile")
 
 
@@ -86,46 +72,56 @@ class Test:
     """A unit program, or a whole-program case."""
 
     name: str
-    link: list[str]  # the linker's command, relative to `folder`
-    folder: Path  # of the link
-    output: str  # what the command calls its product
-    script: Path | None = None  # of a case
+    programs: tuple[str, ...]  # that it runs, below the folder of the tree
+    called: tuple[str, ...] = ()  # Python and the script of a case
     classes: tuple[str, ...] = ()  # of the script, that are run; none: all
-    seconds: float = 0.0  # that it takes unmutated
+    env: tuple[str, ...] = ()
     digest: str = ""
 
 
 @dataclass
 class Tree:
-    """A built tree: how it compiles and links."""
+    """A tree built by Ninja: how it compiles, links and tests."""
 
     build: Path
-    flags: list[str] = field(default_factory=list)
-    includes: list[str] = field(default_factory=list)
-    special: dict[str, list[str]] = field(default_factory=dict)  # flags of single files
-    python: str = sys.executable
+    compile: dict[str, list[str]] = field(default_factory=dict)  # by the file below src/
+    links: dict[str, list[str]] = field(default_factory=dict)  # by the program
+    listed: dict[str, Test] = field(default_factory=dict)  # what ctest runs
+    times: dict[str, float] = field(default_factory=dict)  # of tests, of the processor [s]
     order: list[str] = field(default_factory=list)  # of the sources, lowest first
     uses: dict[str, set[str]] = field(default_factory=dict)  # file: modules it uses
     makes: dict[str, str] = field(default_factory=dict)  # module: its file
     included: dict[str, list[str]] = field(default_factory=dict)  # file: that include it
 
     def read(self) -> Tree:
-        """Read what CMake wrote."""
-        # Rooms differ in what they see alone.
-        for make in sorted((self.build / "src/CMakeFiles").glob("*_room.dir/flags.make")):
-            for line in make.read_text().splitlines():
-                if line.startswith("Fortran_FLAGS = "):
-                    self.flags = [f for f in shlex.split(line[16:]) if not f.startswith("-J")]
-                elif line.startswith("Fortran_INCLUDES = "):
-                    seen = shlex.split(line[19:])
-                    self.includes += [i for i in seen if i not in self.includes]
-                elif match := re.match(
-                    r"# Custom options: .*_room\.dir/(\S+)\.o_OPTIONS = (.*)", line
-                ):
-                    self.special[match[1]] = match[2].split(";")
-        cache = (self.build / "CMakeCache.txt").read_text()
-        if match := re.search(r"^BIPOT_PYTHON:\w+=(.+)$", cache, re.M):
-            self.python = match[1]
+        """Read what CMake wrote, and what the tests took when scripts/test ran them."""
+        for line in self.asked("ninja", "-t", "commands", "all").splitlines():
+            if match := re.search(r" -c src/CMakeFiles/\w+_room\.dir/(\S+\.f90)-pp\.f90 -o", line):
+                words = shlex.split(line[: match.start()])
+                # Modules of the other files of its room lie where its own would go.
+                self.compile[match[1]] = [
+                    w.replace("-J", "-I", 1) if w.startswith("-J") else w
+                    for w in words
+                    if w != "-fpreprocessed"
+                ]
+            elif match := re.search(r" -o (bipot|tests/unit_\w+|tests/deck_server) ", line):
+                self.links[match[1]] = shlex.split(line.removeprefix(": && ").removesuffix(" && :"))
+        for test in json.loads(self.asked("ctest", "--show-only=json-v1"))["tests"]:
+            name, words = test["name"], test["command"]
+            env = next((p["value"] for p in test["properties"] if p["name"] == "ENVIRONMENT"), [])
+            if "tests/" + name in self.links:
+                self.listed[name] = Test(name, ("tests/" + name,), env=tuple(env))
+            elif name.startswith("case_"):
+                script = next(i for i, w in enumerate(words) if w.endswith(".py"))
+                programs = ["bipot"]
+                if "deck_server" in Path(words[script]).read_text():
+                    programs.append("tests/deck_server")
+                called = tuple(words[script - 2 : script + 1])
+                self.listed[name] = Test(name, tuple(programs), called, env=tuple(env))
+            times = self.build / "test-times" / name
+            if name in self.listed and times.exists():
+                parts = re.findall(r"(\d+)m([\d.]+)s", times.read_text())
+                self.times[name] = sum(60 * float(m) + float(s) for m, s in parts)
         self.order = re.findall(r"^  (\S+\.f90)$", (SOURCE / "CMakeLists.txt").read_text(), re.M)
         for file in self.order:
             text = (SOURCE / file).read_text()
@@ -136,11 +132,15 @@ class Tree:
                 self.included.setdefault(str(Path(file).parent / name), []).append(file)
         return self
 
+    def asked(self, *command: str) -> str:
+        """Return what a command prints in the tree."""
+        return subprocess.run(
+            command, cwd=self.build, check=True, capture_output=True, text=True
+        ).stdout
+
     def files(self) -> list[str]:
         """Return what can be mutated: sources that the tree builds, and what they include."""
-        objects = self.build / "src/CMakeFiles"
-        built = {o.relative_to(objects).parts[1:] for o in objects.rglob("*.f90.o")}
-        there = [f for f in self.order if Path(f + ".o").parts in built]
+        there = [f for f in self.order if f in self.compile]
         return [*there, *sorted(f for f, users in self.included.items() if set(users) & set(there))]
 
     def reached(self, modules: set[str]) -> set[str]:
@@ -154,49 +154,48 @@ class Tree:
                 waiting += [self.makes[m] for m in self.uses[file] if m in self.makes]
         return found | {i for i, users in self.included.items() if found & set(users)}
 
-    def tests_of(self, file: str) -> list[Test]:
-        """Return the tests that can notice a change of a file: units of its room first."""
+    def tests_of(self, file: str, quick: float) -> list[Test]:
+        """Return the tests that can notice a change of a file.
+
+        Units of its room, other units, CASES, and the cases that take `quick` seconds at most:
+        first those in a folder of that name, the quickest first.
+        """
         units = []
         samples = {}
         for path in sorted((ROOT / "tests/samples").glob("*.f90")):
             samples[path.stem] = set(re.findall(r"^\s*use\s+(\w+)", path.read_text(), re.M))
-        folders = {}
-        for path in (ROOT / "tests").rglob("test_*.pf"):
-            folder = path.parent.relative_to(ROOT / "tests").as_posix()
-            folders["unit_" + folder.replace("/", "_")] = folder
         top = file.split("/")[0]
-        for link in sorted(self.build.glob("tests/CMakeFiles/unit_*.dir/link.txt")):
-            name = link.parent.name.removesuffix(".dir")
-            folder = folders[name]
+        folders = {path.parent for path in (ROOT / "tests").rglob("test_*.pf")}
+        for folder in sorted(folders):
+            place = folder.relative_to(ROOT / "tests").parts
             used: set[str] = set()
-            for path in (ROOT / "tests" / folder).glob("*"):
+            for path in folder.glob("*"):
                 if path.suffix in (".pf", ".f90"):
                     used |= set(re.findall(r"^\s*use\s+(\w+)", path.read_text(), re.M))
             for sample in used & set(samples):
                 used |= samples[sample]
-            if file in self.reached(used):
-                command = shlex.split(link.read_text())
-                test = Test(name, command, self.build / "tests", name)
-                units.append((folder.split("/")[0] != top, name, test))
-        tests = [test for _, _, test in sorted(units, key=lambda u: u[:2])]
-        command = shlex.split((self.build / "src/CMakeFiles/bipot.dir/link.txt").read_text())
+            name = "_".join(["unit", *place])
+            if name in self.listed and file in self.reached(used):
+                units.append((place[0] != top, name))
+        tests = [self.listed[name] for _, name in sorted(units)]
         for case in CASES.get(room_of(file), CASES.get(top, [])):
-            path, *classes = case.split()
-            script = ROOT / "tests" / path
-            if script.exists():
-                name = "-".join([script.stem.replace("test_", "case_"), *classes])
-                folder = self.build / "src"
-                tests.append(Test(name, command, folder, "../bipot", script, tuple(classes)))
-        for test in tests:
-            test.digest = self.digest_of(test)
-        return tests
+            name, *classes = case.split()
+            named = "-".join([name, *classes])
+            tests.append(replace(self.listed[name], name=named, classes=tuple(classes)))
+        cases = []
+        for test in self.listed.values():
+            if test.called and self.times.get(test.name, quick + 1.0) <= quick:
+                folder = Path(test.called[-1]).parent.name
+                cases.append((folder != top, self.times[test.name], test.name))
+        tests += [self.listed[name] for _, _, name in sorted(cases)]
+        return [replace(test, digest=self.digest_of(test)) for test in tests]
 
     def digest_of(self, test: Test) -> str:
         """Return what changes when the test does."""
-        if test.script:
-            return digest(test.script.read_bytes())
-        objects = sorted(p for p in test.link if p.endswith(".o"))
-        return digest(*((test.folder / p).read_bytes() for p in objects))
+        if test.called:
+            return digest(Path(test.called[-1]).read_bytes())
+        objects = sorted(p for p in self.links[test.programs[0]] if p.endswith(".o"))
+        return digest(*((self.build / p).read_bytes() for p in objects))
 
 
 def run(
@@ -237,6 +236,7 @@ class Bench:
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "modules").mkdir(parents=True)
         (folder / "run").mkdir()
+        (folder / "tests").mkdir()
         self.objects: list[tuple[str, str]] = []  # the library of each one's room, and it
 
     def compile(self, file: str, text: str, mutated: bool = True) -> str:
@@ -246,28 +246,20 @@ class Bench:
         source.parent.mkdir(parents=True, exist_ok=True)
         source.write_text(text)
         target = self.folder / (file.replace("/", "_") + ".o")
-        near = ["-I" + str(source.parent), "-I" + str((SOURCE / file).parent)]
+        first, *flags = tree.compile[file]
         command = [
-            "gfortran",
-            *tree.flags,
-            *tree.special.get(file, []),
-            *(MUTATED if mutated else ["-w"]),
-        ]
-        command = [
-            os.environ.get("FC", command[0]),
+            os.environ.get("FC", first),
             "-I" + str(self.folder / "modules"),
-            *near,
-            *command[1:],
-        ]
-        command += [
-            *tree.includes,
+            "-I" + str(source.parent),
+            *flags,
+            *(MUTATED if mutated else ["-w"]),
             "-J" + str(self.folder / "modules"),
             "-c",
             str(source),
             "-o",
             str(target),
         ]
-        status, output = run(command, self.folder, 600.0)
+        status, output = run(command, tree.build, 600.0)
         if status != 0:
             return output.strip() or "the compiler did not end"
         room = Path(file).parent.as_posix().replace("/", "_")
@@ -307,39 +299,46 @@ class Bench:
         return found
 
     def clear(self) -> None:
-        """Forget the objects of the last mutant."""
+        """Forget the objects and programs of the last mutant."""
         self.objects = []
+        for program in self.tree.links:
+            (self.folder / program).unlink(missing_ok=True)
         for path in (self.folder / "modules").iterdir():
             path.unlink()
         shutil.rmtree(self.folder / "source", ignore_errors=True)
 
-    def judge(self, test: Test, limit: float) -> tuple[bool, str]:
-        """Link a test with the objects and run it; return whether it passes, else what it says."""
-        program = self.folder / Path(test.output).name
-        at = test.link.index("-o")
-        rooms = {Path(word).name for word in test.link}
+    def link(self, name: str) -> None:
+        """Link a program with the objects, unless that is done."""
+        program = self.folder / name
+        if program.exists():
+            return
+        link = self.tree.links[name]
+        at = link.index("-o")
+        rooms = {Path(word).name for word in link}
         objects = [made for library, made in self.objects if library in rooms]
-        command = [*test.link[:at], *objects, "-o", str(program), *test.link[at + 2 :]]
-        status, output = run(command, test.folder, 600.0)
+        command = [*link[:at], *objects, "-o", str(program), *link[at + 2 :]]
+        status, output = run(command, self.tree.build, 600.0)
         if status != 0:
-            raise RuntimeError(f"{test.name} does not link: {output}")
+            raise RuntimeError(f"{name} does not link: {output}")
+
+    def judge(self, test: Test, limit: float) -> tuple[bool, str]:
+        """Run a test of the programs linked with the objects; whether it passes, else its words."""
+        for name in test.programs:
+            self.link(name)
+        program = self.folder / test.programs[0]
         env = {
             **os.environ,
-            "OPENBLAS_NUM_THREADS": "1",
-            "BIPOT_TEST_DATA": str(ROOT / "tests"),
+            **dict(word.split("=", 1) for word in test.env),
             "BIPOT": str(program),
-            "BIPOT_SOURCE": str(ROOT),
-            "BIPOT_BUILD_TYPE": "Release",
             "TMPDIR": str(self.folder / "run"),
         }
         called = [str(program)]
-        if test.script:
-            called = [self.tree.python, "-B", str(test.script), "--failfast", *test.classes]
+        if test.called:
+            called = [*test.called, "--failfast", *test.classes]
         status, output = run(called, self.folder / "run", limit, env)
-        program.unlink(missing_ok=True)
         shutil.rmtree(self.folder / "run", ignore_errors=True)
         (self.folder / "run").mkdir()
-        if status == 0:
+        if status in (0, SKIPPED):
             return True, ""
         if status is None:
             return False, "hangs"
@@ -411,7 +410,7 @@ class Campaign:
         self.folder.mkdir(exist_ok=True)
         self.store = self.folder / "results.jsonl"
         self.known: dict[str, dict] = {}
-        self.lock = Lock()
+        self.lock, self.measuring = Lock(), Lock()
         self.tests: dict[str, list[Test]] = {}
         self.seconds: dict[str, float] = {}
         if self.store.exists():
@@ -450,36 +449,32 @@ class Campaign:
     def to_do(self, mutant: Mutant) -> list[Test]:
         """Return the tests that this mutant has not met yet; none if its end is known."""
         entry = self.known.get(mutant.name)
-        tests = [t for t in self.tests[mutant.file] if not (self.options.units_only and t.script)]
+        tests = [t for t in self.tests[mutant.file] if not (self.options.units_only and t.called)]
         if entry is None:
             return tests
         if entry["outcome"] != "survived":
             return []
         return [t for t in tests if entry["passed"].get(t.name) != t.digest]
 
-    def measure(self, mutants: list[Mutant]) -> None:
-        """Run the tests that will be needed once, with the files compiled as mutants are."""
-        needed: dict[str, Test] = {}
-        files = []
-        for mutant in mutants:
-            tests = self.to_do(mutant)
-            if tests and mutant.file not in files:
-                files.append(mutant.file)
-            needed.update({t.name: t for t in tests})
-        if not needed:
-            return
-        bench = Bench(self.tree, self.folder / "unmutated")
-        objects = {user for f in files for user in self.tree.included.get(f, [f])}
-        for file in sorted(objects):
-            if complaint := bench.compile(file, (SOURCE / file).read_text()):
+    def compile_unmutated(self, mutants: list[Mutant]) -> None:
+        """Compile the files as mutants are, unmutated: what a test must pass to be believed."""
+        files = {m.file for m in mutants if self.to_do(m)}
+        self.unmutated = Bench(self.tree, self.folder / "unmutated")
+        for file in sorted({user for f in files for user in self.tree.included.get(f, [f])}):
+            if complaint := self.unmutated.compile(file, (SOURCE / file).read_text()):
                 sys.exit(f"{file} does not compile unmutated: {complaint}")
-        for test in needed.values():
-            start = time.monotonic()
-            passes, says = bench.judge(test, 3600.0)
-            if not passes:
-                sys.exit(f"{test.name} fails unmutated: {says}")
-            self.seconds[test.name] = time.monotonic() - start
-            print(f"{test.name}: {self.seconds[test.name]:.1f} s unmutated", flush=True)
+
+    def usual_time(self, test: Test) -> float:
+        """Return the seconds that a test takes unmutated, which it must pass: it runs once."""
+        with self.measuring:
+            if test.name not in self.seconds:
+                start = time.monotonic()
+                passes, says = self.unmutated.judge(test, 3600.0)
+                if not passes:
+                    raise RuntimeError(f"{test.name} fails unmutated: {says}")
+                self.seconds[test.name] = time.monotonic() - start
+                print(f"{test.name}: {self.seconds[test.name]:.1f} s unmutated", flush=True)
+            return self.seconds[test.name]
 
     def meet(self, mutant: Mutant, bench: Bench) -> None:
         """Build one mutant and run its tests until one notices."""
@@ -496,7 +491,7 @@ class Campaign:
             self.keep(mutant, "does not compile", "", {}, source)
             return
         for test in tests:
-            passes, says = bench.judge(test, AND_SECONDS + MANY_TIMES * self.seconds[test.name])
+            passes, says = bench.judge(test, AND_SECONDS + MANY_TIMES * self.usual_time(test))
             if not passes:
                 self.keep(mutant, "killed", f"{test.name}: {says}", passed, source)
                 return
@@ -506,8 +501,8 @@ class Campaign:
     def go(self, mutants: list[Mutant]) -> None:
         """Do what is still to do."""
         for file in {m.file for m in mutants}:
-            self.tests[file] = self.tree.tests_of(file)
-        self.measure(mutants)
+            self.tests[file] = self.tree.tests_of(file, self.options.quick)
+        self.compile_unmutated(mutants)
         benches = [Bench(self.tree, self.folder / f"bench{i}") for i in range(self.options.jobs)]
         free = list(benches)
 
@@ -592,19 +587,16 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="list the mutants and do nothing")
     parser.add_argument("--report", action="store_true", help="report what is known and do nothing")
     parser.add_argument(
-        "--make", action="store_true", help="make the tree first, with Make, if it is not there"
+        "--quick", type=float, default=4.0, help="seconds that cases of any room may take (4)"
     )
     options = parser.parse_args()
-    if options.make and not (options.build / "CMakeCache.txt").exists():
-        command = ["cmake", "-G", "Unix Makefiles", "-S", ROOT, "-B", options.build]
-        command += ["-DCMAKE_BUILD_TYPE=Release", "-DBIPOT_TESTS=ON"]
-        subprocess.run([*command, f"-DBIPOT_PYTHON={sys.executable}"], check=True)
-    for needed in ("src/CMakeFiles/base_room.dir/flags.make", "tests/CMakeFiles"):
-        if not (options.build / needed).exists():
-            parser.error(
-                f"{options.build}: expected a tree built by make with BIPOT_TESTS=ON ({needed})"
-            )
+    if not (options.build / "build.ninja").exists():
+        parser.error(f"{options.build}: expected a tree built by Ninja with BIPOT_TESTS=ON")
+    if not options.no_build and not (options.list or options.report):
+        subprocess.run(["ninja", "-C", options.build], check=True, stdout=subprocess.DEVNULL)
     tree = Tree(options.build.resolve()).read()
+    if not (tree.times or options.units_only):
+        parser.error(f"{options.build}/test-times: no times of cases; scripts/test writes them")
     files = tree.files()
     groups = []
     for file in options.file:
@@ -628,10 +620,6 @@ def main() -> int:
         print(f"equivalent.txt: no such mutant any more: {stale}")
     campaign = Campaign(tree, options)
     if not options.report:
-        if not options.no_build:
-            subprocess.run(
-                ["cmake", "--build", str(tree.build)], check=True, stdout=subprocess.DEVNULL
-            )
         campaign.go(mutants)
     words, part = report(campaign, mutants, equivalent)
     print(words)

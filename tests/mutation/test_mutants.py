@@ -6,6 +6,7 @@ import unittest
 from pathlib import Path
 
 from mutants import mutants_of
+from mutate import CASES
 from wrong_solver import MISTAKES, ROOT
 
 SOURCE = """\
@@ -154,6 +155,12 @@ class Mutants(unittest.TestCase):
         self.assertEqual(len(names), len(set(names)))
         edited = SOURCE.replace("    integer :: i\n", "    integer :: i\n    ! more\n    n = 7\n")
         self.assertTrue(set(names) <= {m.name for m in mutants_of("room/sample.f90", edited)})
+
+    def test_rooms_and_cases_are_there(self):
+        tests = {path.stem.replace("test_", "case_") for path in (ROOT / "tests").rglob("*.py")}
+        for room, cases in CASES.items():
+            self.assertTrue((ROOT / "src" / room).is_dir(), room)
+            self.assertLessEqual({case.split()[0] for case in cases}, tests)
 
     def test_the_source_of_the_program_is_understood(self):
         source = Path(__file__).resolve().parents[2] / "src"
