@@ -18,13 +18,13 @@ module advance_mod
   use turning_couplings_mod, only: has_turning, end_turns, moments_on_constraints, &
     turned_constraints, work_of_turns
   use scene_mod, only: scene_t, master_name
-  use controls_mod, only: stop_at_change, solver_auto
+  use controls_mod, only: stop_at_change
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end, duration_of
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, worst_entry, &
-    ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
-    ended_inverted, ended_out_of_balance, ended_indefinite
+  use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, &
+    ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
+    ended_indefinite
   use certificate_mod, only: energy_balance
   use own_inertia_mod, only: balance_in_time, balance_bodies, keep_strains
   use certify_increment_mod, only: certify_increment
@@ -44,7 +44,7 @@ module advance_mod
   use step_solver_mod, only: step_solver_t, take_duration
   use newmark_mod, only: begins_anew, begin_motion, begin_inertia, end_inertia, error_in_time, &
     watch_inertia, come_to_rest
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+  use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
   use turned_bodies_mod, only: begin_turned, end_turned
@@ -66,13 +66,14 @@ module advance_mod
 contains
 
   !> Bring `old` to the end of `increment`, in `new`; `old` is never altered.
-  subroutine advance(scene, points, solver, old, increment, new, report, error)
+  subroutine advance(scene, points, solver, old, increment, asked, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     !! solutions with its factor; contact before curved obstacles follows the trial's placement
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
+    type(asked_t), intent(in) :: asked
     type(state_t), intent(out) :: new
     type(increment_report_t), intent(out) :: report
     !! not converged, not certified: no error, it is said here
@@ -89,16 +90,17 @@ contains
       increment, begun)
     new = begun
     new%reaction = expected_reactions(scene, points, solver, begun, increment)
-    call advance_from(scene, points, solver, begun, increment, new, report, error)
+    call advance_from(scene, points, solver, begun, increment, asked, new, report, error)
   end subroutine advance
 
   !> The same, the solution sought from the displacements and reactions that `new` comes with.
-  subroutine advance_from(scene, points, solver, old, increment, new, report, error)
+  subroutine advance_from(scene, points, solver, old, increment, asked, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver      !! as of `advance`
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
+    type(asked_t), intent(in) :: asked
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
@@ -120,7 +122,7 @@ contains
     call set_gaps(scene, points, increment, now, solver)
     call begin_inertia(scene, points, solver, old, increment, error)
     if (allocated(error)) return
-    call begin_trial(scene, now, solver, old, increment, trial)
+    call begin_trial(scene, now, solver, old, increment, asked, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -147,7 +149,7 @@ contains
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. report%converged))) then
       ! The path may have bent.
-      call begin_trial(scene, now, solver, old, increment, trial)
+      call begin_trial(scene, now, solver, old, increment, asked, trial)
       new = old
       call mark_end(increment, new)
       new%reaction = reaction
@@ -166,11 +168,12 @@ contains
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
-  subroutine advance_along(scene, points, solver, old, ahead, new, report, error)
+  subroutine advance_along(scene, points, solver, old, asked, ahead, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver   !! as of `advance`
     type(state_t), intent(in) :: old
+    type(asked_t), intent(in) :: asked
     type(ahead_t), intent(inout) :: ahead
     type(state_t), intent(out) :: new
     type(increment_report_t), intent(out) :: report
@@ -182,16 +185,16 @@ contains
 
     increment = next_increment(scene%steps, old)
     if (.not. can_look_ahead(scene, points, solver)) then
-      call advance(scene, points, solver, old, increment, new, report, error)
+      call advance(scene, points, solver, old, increment, asked, new, report, error)
       return
     end if
     if (.not. is_ahead(ahead, increment)) then
-      call look_ahead(scene, points, solver, old, ahead, error)
+      call look_ahead(scene, points, solver, old, asked, ahead, error)
       if (allocated(error)) return
     end if
     clock = wall_seconds()
     now = points
-    call begin_trial(scene, points, solver, old, increment, trial)
+    call begin_trial(scene, points, solver, old, increment, asked, trial)
     new = old
     call mark_end(increment, new)
     call take_foreseen(points, ahead, increment, solver, trial, new%reaction, report)
@@ -214,9 +217,13 @@ contains
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
     type(state_t) :: before
     type(increment_report_t) :: of_before
+    real(wp) :: asked     !! tolerance of the increment [-]
+    real(wp) :: tolerance !! residual that is asked for now [-]
     real(wp) :: largest(points%n), apart, clock
     integer :: i, n_again
 
+    asked = trial%asked%tolerance
+    tolerance = asked
     largest = points%mu
     if (depends_on_rate(points)) call give_coefficients(points, solver%contact)
     n_again = 0
@@ -227,16 +234,10 @@ contains
       if (i == 1 .and. solver%choices%precision%renews_tangent .and. .not. is_together(scene, &
         solver)) call begin_with_tangent(scene, points, solver, old, trial, report, error)
       if (allocated(error)) return
-      if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, trial, new, &
-        report, error)
+      if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, tolerance, &
+        trial, new, report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
-        if (i > 1) then
-          ! What converged before, and was not certified, stands.
-          new = before
-          report = of_before
-          exit attempts
-        end if
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
           old, new, report%contact)
@@ -265,7 +266,7 @@ contains
       end if
       if (depends_on_rate(points) .and. n_again < most_again) then
         call find_coefficients(points, largest, report%contact, trial%duration, apart)
-        if (apart > settled*trial%controls%tolerance) then
+        if (apart > settled*tolerance) then
           call give_coefficients(points, solver%contact)
           trial%placed_at = new%displacement
           n_again = n_again + 1
@@ -273,18 +274,15 @@ contains
           cycle attempts
         end if
       end if
-      call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
-        maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
-      call watch_inactive(scene, points, solver, new, report, error)
+      call find_redundant(solver%contact, 10.0_wp*asked*maxval(abs(new%displacement)) + &
+        rounding_of_places(scene, new%displacement), report%contact)
+      call watch_inactive(scene, points, solver, asked, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       clock = wall_seconds()
-      report%certificate = certify_increment(scene, points, solver%choices%tolerance, &
-        report%contact, old, new, trial%forces%imposed_t, solver%own_mass)
+      report%certificate = certify_increment(scene, points, asked, report%contact, old, new, &
+        trial%forces%imposed_t, solver%own_mass)
       report%certify_time = report%certify_time + wall_seconds() - clock
-      ! Where no solver gets any further the certificate judges what the best of them found.
-      if (report%certificate%certified .and. report%ending == ended_stalled .and. &
-        trial%controls%solver == solver_auto) report%converged = .true.
       if (i > 1 .and. .not. report%converged) then
         ! More than double precision gives. Where it comes close enough that is a result; where not,
         ! what converged before, and was not certified, stands.
@@ -296,18 +294,18 @@ contains
         exit attempts
       end if
       if (report%certificate%certified .or. .not. report%converged) exit attempts
-      if (trial%controls%stop_rule == stop_at_change) exit attempts
+      if (scene%contact%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
-      trial%controls%tolerance = max(smallest_tolerance, trial%controls%tolerance*max(1.0e-4_wp, &
-        solver%choices%tolerance/worst_entry(report%certificate)))
+      tolerance = max(smallest_tolerance, tolerance*max(1.0e-4_wp, &
+        asked/worst_entry(report%certificate)))
       trial%placed_at = new%displacement
       before = new
       of_before = report
     end do attempts
     ! Points that still move where the certificate does not pass are why.
-    if (report%moved > 10.0_wp*solver%choices%tolerance .and. report%converged .and. &
-      .not. report%certificate%certified) then
+    if (report%moved > 10.0_wp*asked .and. report%converged .and. .not. &
+      report%certificate%certified) then
       report%converged = .false.
       report%ending = ended_moving
       report%residual = report%moved
@@ -400,25 +398,27 @@ contains
   !> reach, or beside its master where the points were placed last, the report says so. So it does
   !> where a point got to faces that were taken to be out of reach, and where flat facets cover
   !> others than in the undeformed mesh.
-  subroutine watch_inactive(scene, points, solver, new, report, error)
+  subroutine watch_inactive(scene, points, solver, tolerance, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: tolerance !! of contact [-]
     type(state_t), intent(in) :: new
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
+    real(wp) :: known !! how well gaps are [length]
     logical :: is_inside(points%n), is_stray(points%n)
     integer :: row(3, points%n), i
 
     if (points%n == 0) return
-    is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
-      solver%choices%tolerance*maxval(abs(new%displacement)) - rounding_of_places(scene, &
+    known = 10.0_wp*tolerance*maxval(abs(new%displacement)) + rounding_of_places(scene, &
       new%displacement)
+    is_inside = report%contact%gap + report%contact%kept_overlap < -known
     do i = 1, size(solver%contact%group)
       is_inside(solver%contact%group(i)%active) = .false.
       is_inside(solver%contact%group(i)%far) = .false.
     end do
-    call find_strays(scene, points, solver, new%displacement, report, is_stray)
+    call find_strays(scene, points, solver, known, new%displacement, report, is_stray)
     if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
       report%converged = .false.
@@ -448,19 +448,18 @@ contains
   !> Points whose master has nodes with weights that are not among its nodes in reach, and those
   !> that flat facets cover where they did not in the undeformed mesh, or no longer, or whose gap is
   !> not that of the plane of these: rows of what they cover in part change, (11.34).
-  pure subroutine find_strays(scene, points, solver, u, report, is_stray)
+  pure subroutine find_strays(scene, points, solver, known, u, report, is_stray)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: known       !! how well gaps are [length]
     real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) [length]
     type(increment_report_t), intent(in) :: report
     logical, intent(out) :: is_stray(:) !! (n_points)
     logical :: in_reach(scene%mesh%n_nodes)
-    real(wp) :: known                   !! how well gaps are [length]
     integer :: pair, i
 
     is_stray = is_before_flat(points%turns, points%in_reach, points%is_curved)
-    known = 10.0_wp*solver%choices%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
     do i = 1, points%n
       if (.not. is_stray(i)) cycle
       is_stray(i) = report%contact%weights%covers(i) .neqv. solver%undeformed%weights%covers(i)

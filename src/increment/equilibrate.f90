@@ -46,11 +46,12 @@ contains
 
   !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
   !> reactions and displacement from u_free. Nothing is certified.
-  subroutine equilibrate(scene, points, solver, old, trial, new, report, error)
+  subroutine equilibrate(scene, points, solver, old, tolerance, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
+    real(wp), intent(in) :: tolerance                !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
     type(state_t), intent(inout) :: new
     !! gets reaction, displacement, rotation, and which points are closed
@@ -64,7 +65,7 @@ contains
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     is_missed = .false.
     is_first = .true.
-    loop = begin_newton_raphson(scene, points, solver, trial)
+    loop = begin_newton_raphson(scene, points, solver, trial, tolerance)
     if (allocated(solver%begun)) call move_alloc(solver%begun, loop%begun)
     loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
@@ -96,8 +97,8 @@ contains
       if (settles_on_interface(points, solver, loop, trial%most_iterations)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-        if (is_missed .or. .not. are_places_settled(loop, merge(trial%controls%tolerance, &
-          max(roughly, trial%controls%tolerance), is_exact(solver%choices%precision)))) then
+        if (is_missed .or. .not. are_places_settled(loop, merge(tolerance, max(roughly, &
+          tolerance), is_exact(solver%choices%precision)))) then
           call lead(scene, points, solver, trial, new, loop)
           cycle newton_raphson
         end if
@@ -117,17 +118,17 @@ contains
       if (allocated(solver%body%inertia)) trial%forces%rounding = trial%forces%rounding + &
         rounding_of_inertia(solver%body%inertia, new%displacement)
       call find_residual(scene, solver%body%constraints, pressed, new%displacement, trial, &
-        trial%controls%tolerance < solver%choices%tolerance, residual, loop)
+        tolerance < trial%asked%tolerance, residual, loop)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
-      if (trial%controls%shows_progress) call show_progress('iteration', loop%i, loop%imbalance)
+      if (trial%asked%shows_progress) call show_progress('iteration', loop%i, loop%imbalance)
       report%without_contact = maxval(abs(trial%u_free))/max(tiny(1.0_wp), &
         maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-      if (is_settled(loop, trial, new%reaction, solver%choices%tolerance) .and. &
+      if (is_settled(loop, trial, new%reaction) .and. &
         .not. is_missed .and. areas_apart(scene, points, new%displacement, trial%placement) <= &
-        trial%controls%tolerance) then
+        tolerance) then
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)
@@ -138,8 +139,7 @@ contains
         exit newton_raphson
       end if
       call lead(scene, points, solver, trial, new, loop)
-      if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
-        trial%controls%tolerance) then
+      if (solver%choices%precision%renews_tangent .and. loop%imbalance > tolerance) then
         call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
           projection=0.0_wp, modes=modes_t()), trial, report, error)
         if (allocated(error) .or. report%ending == ended_indefinite) return
@@ -149,8 +149,8 @@ contains
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
-    if (report%worst_element > 0 .or. (loop%imbalance > max(trial%controls%tolerance, &
-      solver%choices%tolerance) .and. .not. loop%is_linear)) then
+    if (report%worst_element > 0 .or. (loop%imbalance > max(tolerance, &
+      trial%asked%tolerance) .and. .not. loop%is_linear)) then
       report%converged = .false.
       report%ending = merge(ended_inverted, ended_out_of_balance, report%worst_element > 0)
       report%residual = loop%imbalance
@@ -160,7 +160,7 @@ contains
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
       call refuse_passed(scene, points, trial%placement, old, new, report)
-      if (report%passed_point == 0 .and. loop%imbalance > trial%controls%tolerance) call &
+      if (report%passed_point == 0 .and. loop%imbalance > tolerance) call &
         leave_to_reactions(scene%mesh, points, trial%placement, residual, new%reaction)
       return
     end if
@@ -189,28 +189,27 @@ contains
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.
   !>
-  !> Where the certificate asked for a closer balance than `asked`, that may be less than forces are
-  !> rounded by: beyond the tenth iteration one that lowers the imbalance by less than a tenth is
-  !> the last. (Plates of second order under a pressure stay at 3e-12 to 1e-11.)
-  pure logical function is_settled(loop, trial, reaction, asked)
+  !> Where the certificate asked for a closer balance than every increment must reach, that may be
+  !> less than forces are rounded by: beyond the tenth iteration one that lowers the imbalance by
+  !> less than a tenth is the last. (Plates of second order under pressure stay at 3e-12 to 1e-11.)
+  pure logical function is_settled(loop, trial, reaction)
     type(newton_raphson_t), intent(in) :: loop
     type(trial_t), intent(in) :: trial
     real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
-    real(wp), intent(in) :: asked          !! balance that every increment must reach [-]
 
     ! Progress is that of the force: where nothing presses a body, all its forces are out of
     ! balance, and no part of them falls as they do.
     if (loop%is_linear) then
       is_settled = loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
-        trial%controls%tolerance)
+        loop%tolerance)
     else
-      is_settled = loop%imbalance <= asked .and. loop%left > 0.9_wp*loop%last_left .and. &
-        loop%i > 10
+      is_settled = loop%imbalance <= trial%asked%tolerance .and. loop%left > &
+        0.9_wp*loop%last_left .and. loop%i > 10
     end if
-    is_settled = is_settled .or. loop%imbalance <= trial%controls%tolerance
-    is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
+    is_settled = is_settled .or. loop%imbalance <= loop%tolerance
+    is_settled = is_settled .and. are_places_settled(loop, loop%tolerance)
     ! Contact was solved for what acceleration has mixed, not for the mixture.
-    is_settled = is_settled .and. loop%mixed <= trial%controls%tolerance
+    is_settled = is_settled .and. loop%mixed <= loop%tolerance
   end function is_settled
 
 end module equilibrate_mod

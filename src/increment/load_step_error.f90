@@ -34,7 +34,8 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many, most_touches
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
+  use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from, expected_reactions, &
+    trend_of
   use closed_points_mod, only: may_stay_closed
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use balance_together_mod, only: reach_balance
@@ -465,13 +466,14 @@ contains
     type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
-    real(wp) :: answer(solver%body%inverse%map%n_interface)
+    real(wp) :: answer(solver%body%inverse%map%n_interface), tolerance
 
-    call begin_trial(scene, points, solver, from, increment, trial)
+    tolerance = max(solver%choices%tolerance, sharp_enough)
+    call begin_trial(scene, points, solver, from, increment, &
+      asked_t(solver%choices%tolerance), trial)
     if (present(near)) then
       if (allocated(near%alone)) trial%placement%weights%alone = near%alone
     end if
-    trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
     if (present(near) .and. is_linear(scene)) then
@@ -486,11 +488,11 @@ contains
         scene, points, solver, near, trial)
     end if
     if (can_look_ahead(scene, points, solver)) then
-      call step_on_interface(scene, points, solver, increment, trial, to, report, answer)
+      call step_on_interface(scene, points, solver, increment, tolerance, trial, to, report, answer)
     else
       to%reaction = expected_reactions(scene, points, solver, to, increment)
       call mark_end(increment, to)
-      call reach_balance(scene, points, solver, from, trial, to, report, error)
+      call reach_balance(scene, points, solver, from, tolerance, trial, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. report%converged

@@ -6,7 +6,7 @@ module place_and_solve_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
+  use increment_report_mod, only: increment_report_t
   use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
@@ -40,6 +40,7 @@ module place_and_solve_mod
   !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
   type :: newton_raphson_t
     integer :: i = 0                      !! iteration
+    real(wp) :: tolerance                 !! residual that is asked for [-]
     logical :: is_linear = .true.         !! internal forces are
     type(placement_t) :: undeformed
     !! of the undeformed mesh, before obstacles as they stand; where bodies turn the placement
@@ -74,12 +75,15 @@ module place_and_solve_mod
 contains
 
   !> The loop before its first iteration.
-  type(newton_raphson_t) function begin_newton_raphson(scene, points, solver, trial) result(loop)
+  type(newton_raphson_t) function begin_newton_raphson(scene, points, solver, trial, tolerance) &
+    result(loop)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: tolerance !! residual that is asked for [-]
 
+    loop%tolerance = tolerance
     allocate (loop%near, source=points%in_reach)
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
     loop%is_linear = is_linear(scene)
@@ -89,8 +93,7 @@ contains
       if (.not. solver%choices%precision%renews_tangent .or. allocated(trial%turned_from) .or. &
         any_follows(solver%response%loads)) loop%depth = depth
     end if
-    loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
-      solver%choices%tolerance))
+    loop%follow = begin_following(scene, points, max(tolerance, trial%asked%tolerance))
     allocate (loop%led(solver%body%motions%n), source=0.0_wp)
   end function begin_newton_raphson
 
@@ -155,7 +158,7 @@ contains
     ! Motions are about where the bodies are: what these see of them is exact there alone.
     if (loop%follow%with_bodies) loop%undeformed = trial%placement
     call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
-    loop%slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
+    loop%slack = 10.0_wp*loop%tolerance*maxval(abs(trial%placed_at)) + &
       rounding_of_places(scene, trial%placed_at)
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
       loop%slack)
@@ -205,14 +208,17 @@ contains
     type(newton_raphson_t), intent(inout) :: loop
     real(wp) :: reaction(3, points%n)         !! that a solution began from [force]
     real(wp) :: motion(solver%body%motions%n) !! likewise [length]
-    logical :: is_followed
+    real(wp) :: tolerance                     !! that it is to reach [-]
 
-    is_followed = size(loop%follow%node) > 0 .or. loop%follow%with_bodies
+    ! Where placements or displacements are followed, ten times sharper than asked for as far as
+    ! that is within reach: what reactions leave open no placement can settle.
+    tolerance = loop%tolerance
+    if (size(loop%follow%node) > 0 .or. loop%follow%with_bodies) tolerance = min(tolerance, &
+      max(sharpest, 0.1_wp*tolerance))
     reaction = new%reaction
     motion = trial%motion
     call take_deformed_areas(scene, points, new%displacement, trial%placement)
-    call solve_sharply(scene, points, solver, old, is_followed, trial, &
-      new%reaction, report)
+    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
     if (report%converged) return
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
       allocated(solver%contact%presses)) return
@@ -223,8 +229,7 @@ contains
     trial%motion = motion
     call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
-    call solve_sharply(scene, points, solver, old, is_followed, trial, &
-      new%reaction, report)
+    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
   end subroutine find_reactions
 
   !> The points that may touch, before anything is solved: by where they are, and by where the loads
@@ -267,28 +272,5 @@ contains
       'that depend on other nodes, that are slave and master of each other, or whose supports '// &
       'are oblique to the obstacle; TYPE=FACTOR does')
   end subroutine check_covered
-
-  !> The reactions; where placements or displacements are followed, ten times sharper than asked
-  !> for as far as that is within reach: what reactions leave open no placement can settle.
-  subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
-    type(state_t), intent(in) :: old
-    logical, intent(in) :: is_followed
-    type(trial_t), intent(inout) :: trial
-    real(wp), intent(inout) :: reaction(:, :) !! (3,n_points) [force]
-    type(increment_report_t), intent(inout) :: report
-    real(wp) :: wanted
-
-    wanted = trial%controls%tolerance
-    if (is_followed) trial%controls%tolerance = min(wanted, max(sharpest, 0.1_wp*wanted))
-    call solve_reactions(scene, points, solver, old, trial, reaction, report)
-    trial%controls%tolerance = wanted
-    if (report%converged .or. report%ending == ended_unbalanced) return
-    if (.not. (is_followed .and. report%residual <= wanted)) return
-    report%converged = .true.
-    report%ending = ended_well
-  end subroutine solve_sharply
 
 end module place_and_solve_mod

@@ -2,6 +2,7 @@
 !> iteration. docs/theory.md, "Without a factor".
 module solve_on_bodies_mod
   use kinds_mod, only: wp
+  use controls_mod, only: contact_controls_t
   use mesh_mod, only: mesh_t
   use state_mod, only: state_t
   use increment_report_mod, only: ended_unbalanced, ended_stalled
@@ -39,11 +40,12 @@ contains
   !> Where that does not converge for bodies that move freely, the compliance is formed if it is
   !> small: the search for their motions finds more, and knows when there is nothing to be found.
   !> `by_compliance` of the trial says so, and nothing is changed but the group's problem.
-  subroutine solve_on_bodies(mesh, solver, old, group, trial, drift, answer)
+  subroutine solve_on_bodies(mesh, solver, old, group, controls, trial, drift, answer)
     type(mesh_t), intent(in) :: mesh
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(contact_group_t), intent(inout) :: group
+    type(contact_controls_t), intent(in) :: controls
     type(trial_t), intent(inout) :: trial         !! gets u_contact
     type(drift_t), intent(inout) :: drift         !! start of the motions in, how far they go out
     type(group_answer_t), intent(inout) :: answer !! x_free and a guess of r in, all of it out
@@ -66,7 +68,7 @@ contains
       end if
       bodies%driven = bodies%load(map%n_free + 1:)
       call group%body%relate(bodies%v, bodies%load)
-      call solve_in_parts(group%problem, group%body, answer%x_free, trial%controls, bodies, &
+      call solve_in_parts(group%problem, group%body, answer%x_free, controls, bodies, &
         answer%r, answer%report)
       call group%body%unrelate(bodies%v, bodies%remains)
       trial%unsolved = bodies%remains

@@ -42,11 +42,12 @@ contains
 
   !> The contact problem of the increment: gaps and slips that u_free would give, then the
   !> reactions, and the free motions, one group after the other.
-  subroutine solve_reactions(scene, points, solver, old, trial, reaction, report)
+  subroutine solve_reactions(scene, points, solver, old, tolerance, trial, reaction, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver !! its contact, of the trial's placement
     type(state_t), intent(in) :: old
+    real(wp), intent(in) :: tolerance            !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial        !! gets how far the motions go
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
     type(increment_report_t), intent(inout) :: report
@@ -55,11 +56,16 @@ contains
     real(wp) :: unbalanced(solver%body%motions%n) !! direction that nothing balances
     real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)
     real(wp) :: pressing(count_points(solver%contact), solver%body%motions%n)
+    type(contact_controls_t) :: controls
     type(contact_report_t) :: contact
     real(wp) :: clock
     integer :: i, n_resisting, n_pressing
 
     clock = wall_seconds()
+    controls = scene%contact
+    controls%tolerance = tolerance
+    controls%shows_progress = trial%asked%shows_progress
+    controls%factorises = trial%factorises
     start = reaction
     reaction = 0.0_wp
     stays = stay_closed(scene, points, solver%undeformed, old)
@@ -119,7 +125,7 @@ contains
       call laws_of_points(points, group%active, trial%placement%covered_area, group%problem%law)
       group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
         old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
-        trial%controls%tolerance)
+        tolerance)
       if (size(group%motion) > 0) then
         drift%load = load(group%motion)
         drift%rounding = rounding(group%motion)
@@ -128,7 +134,7 @@ contains
         ! Loads may act along what contact does not see while a body that turns finds its place, but
         ! not where it begins.
         if (.not. solver%body%motions%are_finite .or. (.not. trial%has_begun .and. any( &
-          abs(along_neutral) > trial%controls%tolerance/all_of_it*maxval(drift%rounding)))) then
+          abs(along_neutral) > tolerance/all_of_it*maxval(drift%rounding)))) then
           along_neutral = 0.0_wp
         end if
         drift%load = drift%load - matmul(group%floating%neutral, along_neutral)
@@ -139,14 +145,14 @@ contains
       if (allocated(group%body) .and. .not. trial%by_compliance) then
         answer%x_free = x_free
         answer%r = r
-        call solve_on_bodies(scene%mesh, solver, old, group, trial, drift, answer)
+        call solve_on_bodies(scene%mesh, solver, old, group, controls, trial, drift, answer)
         r = answer%r
         of_group = answer%report
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_for_least(solver%choices%tolerance, group, trial%controls, x_free, drift, r, &
-          gaps, of_group)
+        call solve_for_least(trial%asked%tolerance, group, controls, x_free, drift, r, gaps, &
+          of_group)
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
@@ -161,7 +167,8 @@ contains
       end if
       ! What GMRES does not do for this placement it will not do for the next.
       if (of_group%wants_exact .and. count_rows(solver%contact) <= largest_dense) then
-        trial%controls%factorises = .true.
+        trial%factorises = .true.
+        controls%factorises = .true.
       end if
       if (of_group%converged) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
@@ -206,7 +213,7 @@ contains
         x = relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
       end if
       shared = r
-      associate (problem => group%problem, tolerance => trial%controls%tolerance)
+      associate (problem => group%problem)
         call share_nodes(problem, node, trial%placement%frame(:, :, group%active), &
           unpack_gaps(problem, x), before, tolerance*force_scale(problem, unpack_rows(problem, &
           x_free), r, r), shared)

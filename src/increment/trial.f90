@@ -3,7 +3,7 @@ module trial_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: follow_masters
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, is_exact, solver_sweeps, solver_auto
+  use controls_mod, only: is_exact, solver_sweeps, solver_auto
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use kinks_mod, only: count_between
@@ -24,14 +24,21 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, apply_reactions, &
-    loads_on_motions, displacement_of, expected_reactions, trend_of
+  public :: asked_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+    apply_reactions, loads_on_motions, displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
+  !> What is asked of an increment.
+  type :: asked_t
+    real(wp) :: tolerance               !! of contact [-]
+    logical :: shows_progress = .false. !! iterations, on a terminal
+  end type asked_t
+
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
-    type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
+    type(asked_t) :: asked
+    logical :: factorises = .false. !! Newton's systems, since GMRES has not done one
     integer :: most_iterations = 40 !! of Newton-Raphson
     real(wp) :: duration = 0.0_wp !! of the increment [time]
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
@@ -95,12 +102,13 @@ contains
   end subroutine set_gaps
 
   !> The loads of an increment, and the displacement under them without contact.
-  subroutine begin_trial(scene, points, solver, old, increment, trial)
+  subroutine begin_trial(scene, points, solver, old, increment, asked, trial)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
+    type(asked_t), intent(in) :: asked
     type(trial_t), intent(out) :: trial
     integer :: i
 
@@ -121,9 +129,7 @@ contains
     trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)
-    trial%controls = scene%contact
-    trial%controls%tolerance = solver%choices%tolerance
-    trial%controls%shows_progress = solver%choices%shows_progress
+    trial%asked = asked
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
