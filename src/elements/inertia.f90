@@ -8,8 +8,8 @@ module inertia_mod
   implicit none
   private
 
-  public :: inertia_t, new_inertia, force_of_inertia, change_of_inertia, rounding_of_inertia, &
-    mass_factors, earlier_part
+  public :: inertia_t, in_motion_t, new_inertia, force_of_inertia, change_of_inertia, &
+    rounding_of_inertia, mass_factors, earlier_part
 
   real(wp), parameter :: newest = 1.5_wp
   !! share of the last mean velocity in that of damping; the one before has the rest [-]
@@ -25,6 +25,17 @@ module inertia_mod
     real(wp) :: slope = 0.0_wp      !! velocity of damping by displacement: of C in it [1/time]
     type(damping_t) :: damping
   end type inertia_t
+
+  !> What an increment of time has of its beginning, and of its supports.
+  type :: in_motion_t
+    real(wp), allocatable :: predictor(:, :)
+    !! (3,n_nodes) where it would go without accelerations at its end [length]
+    real(wp), allocatable :: left_over(:, :)
+    !! (3,n_nodes) loads by forces of its beginning [force]
+    real(wp), allocatable :: earlier(:, :)
+    !! (3,n_nodes) what the velocities of damping are less than by its displacements [length/time]
+    real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
+  end type in_motion_t
 
 contains
 
@@ -46,17 +57,15 @@ contains
 
   !> The forces of inertia and damping, less what is left of the beginning's, as a part of the
   !> internal force.
-  pure function force_of_inertia(mesh, inertia, predictor, left_over, earlier, u) result(f)
+  pure function force_of_inertia(mesh, inertia, in_motion, u) result(f)
     type(mesh_t), intent(in) :: mesh
     type(inertia_t), intent(in) :: inertia
-    real(wp), intent(in) :: predictor(:, :) !! (3,n_nodes) displacement without it [length]
-    real(wp), intent(in) :: left_over(:, :) !! (3,n_nodes) loads by forces of the beginning [force]
-    real(wp), intent(in) :: earlier(:, :)   !! (3,n_nodes) as of earlier_part [length/time]
+    type(in_motion_t), intent(in) :: in_motion
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
     real(wp) :: f(3, size(u, 2))            !! [force]
 
-    f = inertia%factor*times_mass(inertia%mass, u - predictor) - left_over + damping_force( &
-      inertia%damping, mesh, inertia%mass, inertia%slope*u - earlier)
+    f = inertia%factor*times_mass(inertia%mass, u - in_motion%predictor) - in_motion%left_over + &
+      damping_force(inertia%damping, mesh, inertia%mass, inertia%slope*u - in_motion%earlier)
   end function force_of_inertia
 
   !> What it changes by with displacements, where nothing is damped by its strains.

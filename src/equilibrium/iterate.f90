@@ -11,7 +11,7 @@ module iterate_mod
   use increment_forces_mod, only: increment_forces_t
   use bodies_mod, only: find_internal_force
   use mesh_forces_mod, only: force_rounding
-  use inertia_mod, only: inertia_t, force_of_inertia, rounding_of_inertia
+  use inertia_mod, only: inertia_t, in_motion_t, force_of_inertia, rounding_of_inertia
   use turning_couplings_mod, only: turned_constraints, turn_moments, settle_couplings
   use placement_mod, only: placement_t, place_curved
   use drag_points_mod, only: drag_points
@@ -35,8 +35,7 @@ module iterate_mod
     real(wp), allocatable :: turned_from(:, :)
     !! (3,n) rotations of couplings where the increment begins; not allocated: none turns [length]
     type(inertia_t), allocatable :: inertia !! of a dynamic *STEP
-    real(wp), allocatable, dimension(:, :) :: predictor, left_over, earlier
-    !! with it (3,n_nodes), as of force_of_inertia
+    type(in_motion_t) :: in_motion          !! what it begins with there
     type(state_t) :: old               !! where it begins
     logical, allocatable :: stays(:)   !! (n_points) closed, and may pull
     logical, allocatable :: is_free(:) !! (0:n_bodies) supports do not hold it; 0: any
@@ -95,7 +94,7 @@ contains
     call find_internal_force(scene, task%free, now%u, now%modes, now%forces%internal, now%inverted)
     if (now%inverted > 0) return
     if (allocated(task%inertia)) now%forces%internal = now%forces%internal + force_of_inertia( &
-      scene%mesh, task%inertia, task%predictor, task%left_over, task%earlier, now%u)
+      scene%mesh, task%inertia, task%in_motion, now%u)
     call let_loads_follow(scene, now%u, now%forces%imposed_t)
 
     now%placement = start%placement

@@ -42,8 +42,8 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t, take_duration
-  use newmark_mod, only: begins_anew, begin_motion, begin_inertia, end_inertia, error_in_time, &
-    watch_inertia, come_to_rest
+  use newmark_mod, only: by_inertia_t, begins_anew, begin_motion, begin_inertia, end_inertia, &
+    error_in_time, watch_inertia, come_to_rest
   use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
@@ -107,6 +107,7 @@ contains
     type(contact_points_t) :: now
     !! with the extra gaps at the end of the increment, and the coefficients that its slips have
     type(trial_t) :: trial
+    type(by_inertia_t), allocatable :: inertia !! of a dynamic *STEP
     type(increment_report_t) :: none
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
@@ -120,9 +121,9 @@ contains
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
     call set_gaps(scene, points, increment, now, solver)
-    call begin_inertia(scene, points, solver, old, increment, error)
+    call begin_inertia(scene, points, solver, old, increment, inertia, error)
     if (allocated(error)) return
-    call begin_trial(scene, now, solver, old, increment, asked, trial)
+    call begin_trial(scene, now, solver, old, increment, asked, trial, inertia)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -149,7 +150,7 @@ contains
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. report%converged))) then
       ! The path may have bent.
-      call begin_trial(scene, now, solver, old, increment, asked, trial)
+      call begin_trial(scene, now, solver, old, increment, asked, trial, inertia)
       new = old
       call mark_end(increment, new)
       new%reaction = reaction
@@ -255,7 +256,8 @@ contains
         new%reaction)
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
-      if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, trial%of_inertia, &
+      if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, trial%in_motion, &
+        trial%of_inertia, &
         trial%forces%internal, nodal_forces(points, trial%placement%weights, new%reaction, &
         size(new%displacement, 2)), trial%forces%external, new)
       if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
@@ -359,7 +361,8 @@ contains
         scene, points, solver%own_mass, report%contact, strain_energies(scene, trial%free, new, &
         report%certificate%strain), old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
-      call watch_inertia(solver, trial%forces%internal - trial%of_inertia, trial%of_inertia, new)
+      call watch_inertia(solver, trial%in_motion, trial%forces%internal - trial%of_inertia, &
+        trial%of_inertia, new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

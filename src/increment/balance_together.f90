@@ -8,6 +8,7 @@ module balance_together_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use bodies_mod, only: is_linear
+  use inertia_mod, only: force_of_inertia
   use turning_couplings_mod, only: has_turning, has_turning_unknowns
   use transfer_mod, only: movable
   use rigid_modes_mod, only: free_motions_t
@@ -24,7 +25,6 @@ module balance_together_mod
   use find_equilibrium_mod, only: find_equilibrium
   use closed_points_mod, only: stay_closed, keep_closed
   use step_solver_mod, only: step_solver_t
-  use newmark_mod, only: inertia_at
   use trial_mod, only: trial_t
   use turned_bodies_mod, only: begin_where_turned
   use equilibrate_mod, only: equilibrate, refuse_passed
@@ -97,9 +97,7 @@ contains
     if (has_turning(scene)) task%turned_from = trial%turned_from
     if (allocated(solver%body%inertia)) then
       task%inertia = solver%body%inertia
-      task%predictor = solver%predictor
-      task%left_over = solver%left_over
-      task%earlier = solver%earlier
+      task%in_motion = trial%in_motion
     end if
     task%began = trial%began
     if (allocated(trial%placement%weights%alone)) task%began%weights%alone = &
@@ -120,7 +118,8 @@ contains
     call find_equilibrium(scene, points, task, solver%body, new, found, report, error)
     if (allocated(error)) return
     trial%forces = found%forces
-    if (allocated(task%inertia)) trial%of_inertia = inertia_at(scene, solver, new%displacement)
+    if (allocated(task%inertia)) trial%of_inertia = force_of_inertia(scene%mesh, task%inertia, &
+      task%in_motion, new%displacement)
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
     slack = 10.0_wp*tolerance*maxval(abs(new%displacement)) + rounding_of_places( &

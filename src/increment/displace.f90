@@ -9,8 +9,8 @@ module displace_mod
   use turning_couplings_mod, only: settle_couplings
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: to_equations
-  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, answer_of_interface, &
-    at_interface
+  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse, &
+    answer_of_interface, at_interface
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: is_on_bodies
   use step_solver_mod, only: step_solver_t
@@ -19,18 +19,18 @@ module displace_mod
   implicit none
   private
 
-  public :: displace, displace_interface, settle, correct, take_failure
+  public :: displace, displace_interface, settle, correct, give_up_begun, take_failure
 
 contains
 
   !> The displacement with the reactions of `new`.
-  subroutine displace(scene, points, solver, trial, new, begun, pressed, error)
+  subroutine displace(scene, points, solver, trial, new, pressed, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
-    type(trial_t), intent(inout) :: trial              !! gets what contact has displaced
+    type(trial_t), intent(inout) :: trial
+    !! gets what contact has displaced, and the interior of what has begun
     type(state_t), intent(inout) :: new                !! gets displacement
-    real(wp), allocatable, intent(inout) :: begun(:)   !! a correction by the factor, spent [length]
     real(wp), intent(out) :: pressed(:, :)             !! (3,n_nodes) by contact [force]
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
     real(wp) :: change(3, size(pressed, 2))            !! [force]
@@ -38,9 +38,9 @@ contains
 
     pressed = nodal_forces(points, trial%placement%weights, new%reaction, size(pressed, 2))
     change = change_of_force(points, trial, new%reaction)
-    if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
+    if (allocated(trial%begun) .or. any(abs(change) > 0.0_wp)) then
       ! Of the change alone: what an inexact factor makes of it gets less and less.
-      call finish_inverse(solver%body%inverse, change, begun, correction, error)
+      call finish_inverse(solver%body%inverse, change, trial%begun, correction, error)
       if (allocated(error)) return
       trial%u_contact = trial%u_contact + correction
       trial%applied_reaction = new%reaction
@@ -122,10 +122,20 @@ contains
     end if
     ! Contact sees the correction of the interface. The interior is corrected when the reactions
     ! that follow from it are known, in one solution with the factor.
-    call begin_inverse(solver%body%inverse, residual, loop%begun, correction, error)
+    call begin_inverse(solver%body%inverse, residual, trial%begun, correction, error)
     if (allocated(error)) return
     trial%u_free = trial%u_free + correction
   end subroutine correct
+
+  !> Give up a correction whose interior is not asked for.
+  subroutine give_up_begun(solver, trial)
+    type(step_solver_t), intent(inout) :: solver
+    type(trial_t), intent(inout) :: trial
+
+    if (.not. allocated(trial%begun)) return
+    call abandon_inverse(solver%body%inverse)
+    deallocate (trial%begun)
+  end subroutine give_up_begun
 
   !> How solutions for the bodies have failed, where they have.
   subroutine take_failure(solver, error)

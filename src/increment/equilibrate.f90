@@ -17,7 +17,6 @@ module equilibrate_mod
   use mesh_forces_mod, only: force_rounding
   use inertia_mod, only: rounding_of_inertia
   use finite_forces_mod, only: tangent_t
-  use stiffness_inverse_mod, only: abandon_inverse
   use passed_obstacles_mod, only: find_passed, part_that_would_do
   use candidate_points_mod, only: areas_apart
   use placement_mod, only: placement_t, join_ends
@@ -28,7 +27,7 @@ module equilibrate_mod
   use renew_tangent_mod, only: renew_tangent
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
     place_points, find_reactions, check_covered
-  use displace_mod, only: displace, displace_interface, correct, take_failure
+  use displace_mod, only: displace, displace_interface, correct, give_up_begun, take_failure
   use out_of_balance_mod, only: find_residual, leave_to_reactions
   use extrapolate_mod, only: update_forces
   use motions_at_rest_mod, only: is_turned, lead, rest
@@ -66,7 +65,6 @@ contains
     is_missed = .false.
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial, tolerance)
-    if (allocated(solver%begun)) call move_alloc(solver%begun, loop%begun)
     loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
       loop%i = loop%i + 1
@@ -89,12 +87,12 @@ contains
       call take_failure(solver, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
-        if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
+        call give_up_begun(solver, trial)
         return
       end if
 
       ! 4. Displacement: of the interface alone until the points have settled.
-      if (settles_on_interface(points, solver, loop, trial%most_iterations)) then
+      if (settles_on_interface(points, solver, trial, loop)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
         if (is_missed .or. .not. are_places_settled(loop, merge(tolerance, max(roughly, &
@@ -103,7 +101,7 @@ contains
           cycle newton_raphson
         end if
       end if
-      call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
+      call displace(scene, points, solver, trial, new, pressed, error)
       if (allocated(error)) return
       call rest(scene, points, solver, old, loop, trial, new)
 
@@ -147,7 +145,7 @@ contains
       call correct(solver, residual, trial, loop, error)
       if (allocated(error)) return
     end do newton_raphson
-    if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
+    call give_up_begun(solver, trial)
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
     if (report%worst_element > 0 .or. (loop%imbalance > max(tolerance, &
       trial%asked%tolerance) .and. .not. loop%is_linear)) then

@@ -13,7 +13,7 @@ module extrapolate_mod
   use follow_bodies_mod, only: largest_deformation
   use following_loads_mod, only: let_loads_follow
   use step_solver_mod, only: step_solver_t
-  use newmark_mod, only: inertia_at
+  use inertia_mod, only: force_of_inertia
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   use displace_mod, only: settle
@@ -47,7 +47,8 @@ contains
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, report%worst_element)
     if (allocated(solver%body%inertia)) then
-      trial%of_inertia = inertia_at(scene, solver, new%displacement)
+      trial%of_inertia = force_of_inertia(scene%mesh, solver%body%inertia, trial%in_motion, &
+        new%displacement)
       trial%forces%internal = trial%forces%internal + trial%of_inertia
     end if
     call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)

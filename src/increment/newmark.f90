@@ -11,12 +11,12 @@ module newmark_mod
   use bodies_mod, only: find_internal_force, is_linear
   use expansion_mod, only: find_free_strain
   use mass_matrix_mod, only: times_mass, diagonal_of
-  use inertia_mod, only: force_of_inertia, earlier_part
+  use inertia_mod, only: in_motion_t, earlier_part
   use own_inertia_mod, only: expect_energies
   use damping_mod, only: damping_force
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: nodal_forces
-  use stiffness_inverse_mod, only: apply_inverse, begin_inverse, abandon_inverse
+  use stiffness_inverse_mod, only: apply_inverse, begin_inverse
   use increment_forces_mod, only: imposed_t
   use load_response_mod, only: sum_patterns, impose_loads, prescribed_displacement, prescribed_rate
   use dynamic_step_mod, only: goes_on
@@ -24,8 +24,18 @@ module newmark_mod
   implicit none
   private
 
-  public :: begins_anew, begin_motion, error_in_time, watch_inertia, begin_inertia, inertia_at, &
+  public :: by_inertia_t, begins_anew, begin_motion, error_in_time, watch_inertia, begin_inertia, &
     end_inertia, come_to_rest
+
+  !> What inertia makes of an increment's beginning.
+  type :: by_inertia_t
+    type(in_motion_t) :: in_motion
+    real(wp), allocatable :: u(:, :)
+    !! (3,n_nodes) displacement by its predictor and what is left over; not allocated at finite
+    !! strain, where iterations begin as the increment does [length]
+    real(wp), allocatable :: begun(:)
+    !! (n_interface) the same, where it is that of the interface alone [length]
+  end type by_inertia_t
 
 contains
 
@@ -344,59 +354,44 @@ contains
 
   !> Where the increment would go without forces, what is left of those of its beginning, and the
   !> displacement that both make: before flat obstacles that of the interface is enough for contact.
-  subroutine begin_inertia(scene, points, solver, old, increment, error)
+  subroutine begin_inertia(scene, points, solver, old, increment, begun, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
+    type(step_solver_t), intent(inout) :: solver !! solutions with its factor
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
+    type(by_inertia_t), allocatable, intent(out) :: begun !! not allocated in a static *STEP
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, scene%mesh%n_nodes) :: u, first, force
     real(wp), allocatable :: answer(:, :, :)
 
     if (.not. allocated(solver%body%inertia)) return
-    associate (inertia => solver%body%inertia)
-      if (.not. allocated(solver%speed)) allocate (solver%speed, mold=u)
-      call find_speeds(scene, solver, increment, first, solver%speed)
-      solver%predictor = old%displacement + inertia%dt*(old%velocity + inertia%dt*(0.5_wp - &
+    allocate (begun)
+    associate (inertia => solver%body%inertia, in_motion => begun%in_motion)
+      allocate (in_motion%speed, mold=u)
+      call find_speeds(scene, solver, increment, first, in_motion%speed)
+      in_motion%predictor = old%displacement + inertia%dt*(old%velocity + inertia%dt*(0.5_wp - &
         inertia%beta)*old%acceleration)
       ! Supports have the mean acceleration of the increment.
       u = prescribed_displacement(scene, solver%response%loads, increment)
-      where (solver%body%prescribed) solver%predictor = u - inertia%beta*inertia%dt* &
-        (solver%speed - old%velocity)
-      call follow_masters(solver%body%constraints, solver%predictor)
-      solver%earlier = earlier_part(inertia, old%displacement, old%mean_velocity)
-      solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
+      where (solver%body%prescribed) in_motion%predictor = u - inertia%beta*inertia%dt* &
+        (in_motion%speed - old%velocity)
+      call follow_masters(solver%body%constraints, in_motion%predictor)
+      in_motion%earlier = earlier_part(inertia, old%displacement, old%mean_velocity)
+      in_motion%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
       ! At finite strain iterations begin where the increment does.
       if (.not. is_linear(scene)) return
-      force = solver%left_over + inertia%factor*times_mass(inertia%mass, solver%predictor) + &
-        damping_by(scene, solver, solver%earlier)
+      force = in_motion%left_over + inertia%factor*times_mass(inertia%mass, in_motion%predictor) + &
+        damping_by(scene, solver, in_motion%earlier)
     end associate
-    if (allocated(solver%begun)) then
-      ! Of an increment that was given up.
-      call abandon_inverse(solver%body%inverse)
-      deallocate (solver%begun)
-    end if
     if (any(points%is_curved)) then
       call apply_inverse(solver%body%inverse, reshape(force, [3, size(u, 2), 1]), answer, error)
-      if (.not. allocated(error)) solver%by_inertia = answer(:, :, 1)
+      if (.not. allocated(error)) begun%u = answer(:, :, 1)
     else
-      call begin_inverse(solver%body%inverse, force, solver%begun, u, error)
-      if (.not. allocated(error)) solver%by_inertia = u
+      call begin_inverse(solver%body%inverse, force, begun%begun, u, error)
+      if (.not. allocated(error)) begun%u = u
     end if
   end subroutine begin_inertia
-
-  !> The forces of inertia and damping, less what is left of the beginning's, as a part of the
-  !> internal force.
-  pure function inertia_at(scene, solver, u) result(f)
-    type(scene_t), intent(in) :: scene
-    type(step_solver_t), intent(in) :: solver
-    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    real(wp) :: f(3, size(u, 2))          !! [force]
-
-    f = force_of_inertia(scene%mesh, solver%body%inertia, solver%predictor, solver%left_over, &
-      solver%earlier, u)
-  end function inertia_at
 
   !> The forces of damping by velocities.
   pure function damping_by(scene, solver, v) result(f)
@@ -409,46 +404,49 @@ contains
   end function damping_by
 
   !> Velocities and accelerations at the end of the increment, and the forces that they answer.
-  subroutine end_inertia(scene, solver, old, of_inertia, internal, pressed, external, new)
+  subroutine end_inertia(scene, solver, old, in_motion, of_inertia, internal, pressed, external, &
+    new)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
+    type(in_motion_t), intent(in) :: in_motion
     real(wp), dimension(:, :), intent(in) :: of_inertia, internal, pressed, external
-    !! (3,n_nodes) of the end, what inertia_at says among the internal forces [force]
+    !! (3,n_nodes) of the end, what force_of_inertia says among the internal forces [force]
     type(state_t), intent(inout) :: new    !! its displacement in
     real(wp), dimension(3, size(internal, 2)) :: momentum_rate
     logical :: has_inertia(3, size(internal, 2))
 
     associate (inertia => solver%body%inertia, u => new%displacement)
       has_inertia = have_inertia(solver)
-      new%acceleration = (u - solver%predictor)/(inertia%beta*inertia%dt**2)
+      new%acceleration = (u - in_motion%predictor)/(inertia%beta*inertia%dt**2)
       where (.not. has_inertia) new%acceleration = 0.0_wp
       call follow_masters(solver%body%constraints, new%acceleration)
       new%velocity = old%velocity + inertia%dt*((1.0_wp - inertia%gamma)*old%acceleration + &
         inertia%gamma*new%acceleration)
       where (.not. has_inertia) new%velocity = (u - old%displacement)/inertia%dt
-      where (solver%body%prescribed) new%velocity = solver%speed
+      where (solver%body%prescribed) new%velocity = in_motion%speed
       call follow_masters(solver%body%constraints, new%velocity)
       new%mean_velocity = (u - old%displacement)/inertia%dt
-      new%damping_force = damping_by(scene, solver, inertia%slope*u - solver%earlier)
+      new%damping_force = damping_by(scene, solver, inertia%slope*u - in_motion%earlier)
       new%unopposed = internal - of_inertia + new%damping_force - external - pressed
       call give_to_masters(solver%body%constraints, new%unopposed)
       call clear_dependent(solver, new%unopposed)
-      momentum_rate = accelerating(solver, of_inertia, new)
+      momentum_rate = accelerating(solver, in_motion, of_inertia, new)
       call give_to_masters(solver%body%constraints, momentum_rate)
       where (solver%body%prescribed) new%unopposed = (inertia%alpha*old%unopposed - &
         momentum_rate)/(1.0_wp + inertia%alpha)
     end associate
   end subroutine end_inertia
 
-  !> Of what inertia_at says the mass times the accelerations at the end of the increment.
-  pure function accelerating(solver, of_inertia, new) result(f)
+  !> Of what force_of_inertia says the mass times the accelerations at the end of the increment.
+  pure function accelerating(solver, in_motion, of_inertia, new) result(f)
     type(step_solver_t), intent(in) :: solver
+    type(in_motion_t), intent(in) :: in_motion
     real(wp), intent(in) :: of_inertia(:, :)  !! (3,n_nodes) [force]
     type(state_t), intent(in) :: new          !! its damping force
     real(wp) :: f(3, size(of_inertia, 2))     !! [force]
 
-    f = (1.0_wp + solver%body%inertia%alpha)*(of_inertia + solver%left_over - new%damping_force)
+    f = (1.0_wp + solver%body%inertia%alpha)*(of_inertia + in_motion%left_over - new%damping_force)
   end function accelerating
 
   !> How far an increment is from the motion between its ends, beside the energy of the bodies: with
@@ -481,18 +479,19 @@ contains
   end function given
 
   !> Keep how large the forces of inertia get in a *STEP, beside the others.
-  pure subroutine watch_inertia(solver, internal, of_inertia, new)
+  pure subroutine watch_inertia(solver, in_motion, internal, of_inertia, new)
     type(step_solver_t), intent(in) :: solver
+    type(in_motion_t), intent(in) :: in_motion
     real(wp), intent(in) :: internal(:, :)   !! (3,n_nodes) of strains [force]
-    real(wp), intent(in) :: of_inertia(:, :) !! (3,n_nodes) as of inertia_at [force]
+    real(wp), intent(in) :: of_inertia(:, :) !! (3,n_nodes) as of force_of_inertia [force]
     type(state_t), intent(inout) :: new
 
     if (new%increment == 1) then
       new%most_inertia = 0.0_wp
       new%most_force = 0.0_wp
     end if
-    new%most_inertia = max(new%most_inertia, maxval(abs(accelerating(solver, of_inertia, &
-      new))))
+    new%most_inertia = max(new%most_inertia, maxval(abs(accelerating(solver, in_motion, &
+      of_inertia, new))))
     new%most_force = max(new%most_force, maxval(abs(internal)), maxval(abs(new%external_force)), &
       maxval(abs(new%support_force)))
   end subroutine watch_inertia

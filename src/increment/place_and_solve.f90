@@ -68,8 +68,6 @@ module place_and_solve_mod
     !! how far acceleration took the displacement from what contact was solved for, likewise [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
     type(led_t) :: last_led               !! the last of them
-    real(wp), allocatable :: begun(:)
-    !! a correction by the factor, its interior to come [length]
   end type newton_raphson_t
 
 contains

@@ -14,7 +14,7 @@ module renew_tangent_mod
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: apply_inverse, moved_by
   use step_solver_mod, only: step_solver_t, linearise_at
-  use newmark_mod, only: inertia_at
+  use inertia_mod, only: force_of_inertia
   use trial_mod, only: trial_t, apply_reactions
   implicit none
   private
@@ -77,8 +77,8 @@ contains
     call find_internal_force(scene, trial%free, old%displacement, modes, held, inverted)
     call find_tangent_force(scene, reshape(moved, [shape(moved), 1]), added, solver%body%tangent)
     held = held + added(:, :, 1)
-    if (allocated(solver%body%inertia)) held = held + inertia_at(scene, &
-      solver, old%displacement + moved)
+    if (allocated(solver%body%inertia)) held = held + force_of_inertia(scene%mesh, &
+      solver%body%inertia, trial%in_motion, old%displacement + moved)
     loads = trial%forces%external
     call turn_moments(scene, trial%forces%prescribed, old%displacement, loads)
     call apply_inverse(solver%body%inverse, reshape(loads + trial%applied_force - held, &

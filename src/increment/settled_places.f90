@@ -38,17 +38,18 @@ contains
   !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
   !> rest by what all of their body does, nor where forces are not linear: iterations take
   !> placements along. Surfaces move again as an inexact factor is refined: that is done at once.
-  pure logical function settles_on_interface(points, solver, loop, most)
+  pure logical function settles_on_interface(points, solver, trial, loop)
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
     type(newton_raphson_t), intent(in) :: loop
-    integer, intent(in) :: most !! iterations
 
     associate (inverse => solver%body%inverse, n => solver%body%motions%n)
       settles_on_interface = loop%is_linear .and. any(points%is_curved) .and. &
         inverse%is_condensed .and. &
-        inverse%map%n_interface > 0 .and. loop%i < most .and. .not. &
-        (allocated(inverse%iterative) .or. allocated(loop%begun))
+        inverse%map%n_interface > 0 .and. loop%i < &
+        trial%most_iterations .and. .not. &
+        (allocated(inverse%iterative) .or. allocated(trial%begun))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
       settles_on_interface = is_exact(solver%choices%precision)
       if (settles_on_interface .and. n > 0) settles_on_interface = size(neutral_motions( &

@@ -54,18 +54,6 @@ module step_solver_mod
     type(mass_t), allocatable :: mass      !! by which bodies weigh, if any *STEP is dynamic
     type(own_mass_t), allocatable :: own_mass !! the certificate's, of that *STEP
     type(solver_work_t) :: on_tangents     !! work of the run on factors of tangents
-    ! Of the increment of a dynamic *STEP that is tried; not allocated elsewhere.
-    real(wp), allocatable :: predictor(:, :)
-    !! (3,n_nodes) where it would go without accelerations at its end [length]
-    real(wp), allocatable :: left_over(:, :)
-    !! (3,n_nodes) loads by forces of its beginning [force]
-    real(wp), allocatable :: earlier(:, :)
-    !! (3,n_nodes) what the velocities of damping are less than by its displacements [length/time]
-    real(wp), allocatable :: by_inertia(:, :) !! (3,n_nodes) displacement by both [length]
-    real(wp), allocatable :: begun(:)
-    !! (n_interface) the same, where it is that of the interface alone: that of the interior comes
-    !! with what reactions do to it [length]
-    real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
   end type step_solver_t
 
 contains

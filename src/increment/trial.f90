@@ -16,6 +16,8 @@ module trial_mod
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: moved_by
   use bodies_mod, only: is_linear, forces_of_heat
+  use inertia_mod, only: in_motion_t
+  use newmark_mod, only: by_inertia_t
   use expansion_mod, only: find_free_strain
   use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
   use turns_mod, only: rotation_at
@@ -46,8 +48,9 @@ module trial_mod
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
+    type(in_motion_t), allocatable :: in_motion !! of a dynamic *STEP
     real(wp), allocatable :: of_inertia(:, :)
-    !! (3,n_nodes) what inertia_at adds to the internal forces; not allocated in statics [force]
+    !! (3,n_nodes) of that the forces, among the internal ones [force]
     real(wp), allocatable :: free(:)
     !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
@@ -57,6 +60,9 @@ module trial_mod
     !! they do not in the mesh [force]
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
+    real(wp), allocatable :: begun(:)
+    !! (n_interface) a part of u_free that the interface alone has yet; its interior comes with what
+    !! reactions do to it. Not allocated: there is none [length]
     real(wp), allocatable :: u_contact(:, :)
     !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
     real(wp), allocatable :: applied_reaction(:, :)
@@ -102,7 +108,7 @@ contains
   end subroutine set_gaps
 
   !> The loads of an increment, and the displacement under them without contact.
-  subroutine begin_trial(scene, points, solver, old, increment, asked, trial)
+  subroutine begin_trial(scene, points, solver, old, increment, asked, trial, inertia)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
@@ -110,12 +116,16 @@ contains
     type(increment_t), intent(in) :: increment
     type(asked_t), intent(in) :: asked
     type(trial_t), intent(out) :: trial
+    type(by_inertia_t), intent(in), optional :: inertia !! of a dynamic *STEP
     integer :: i
 
     call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
       trial%u_free, trial%forces%external, trial%summed_loads)
-    if (allocated(solver%body%inertia) .and. is_linear(scene)) trial%u_free = trial%u_free + &
-      solver%by_inertia
+    if (present(inertia)) then
+      trial%in_motion = inertia%in_motion
+      if (allocated(inertia%u)) trial%u_free = trial%u_free + inertia%u
+      if (allocated(inertia%begun)) trial%begun = inertia%begun
+    end if
     call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
       old%displacement, trial%forces%imposed_t)
     allocate (trial%free(scene%mesh%n_elements))
