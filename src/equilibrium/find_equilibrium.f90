@@ -8,7 +8,8 @@ module find_equilibrium_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t
-  use increment_report_mod, only: increment_report_t, ended_well, ended_inverted, &
+  use increment_report_mod, only: increment_report_t, ending_t, not_ended, ended_well, &
+    ended_inverted, &
     ended_out_of_balance, ended_unbalanced
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
@@ -78,8 +79,7 @@ contains
     integer :: i
 
     call look_from(scene, points, task, new, now)
-    report%converged = .false.
-    report%ending = ended_out_of_balance
+    report%ending = ending_t(not_ended)
     search = begin_search(points, now, scene%mesh%n_bodies)
     call begin_steps(scene, task, now, body, maker)
     iterations: do i = 1, most_iterations
@@ -96,8 +96,7 @@ contains
         if (allocated(now%placement%weights%alone)) call join_ends(points, world_reactions(now), &
           now%placement%weights%alone, has_joined)
         if (.not. has_joined) then
-          report%converged = .true.
-          report%ending = ended_well
+          report%ending = ending_t(ended_well)
           exit iterations
         end if
         new%alone = now%placement%weights%alone
@@ -130,7 +129,7 @@ contains
           maker%held, step)
         call follow_loose(scene, points, now, set, step, is_held, search%loose, is_loose)
         if (any(is_loose)) then
-          report%ending = ended_unbalanced
+          report%ending = ending_t(ended_unbalanced)
           now%falls = merge(step%u, 0.0_wp, spread(is_loose(scene%mesh%body), 1, 3))
           exit iterations
         end if
@@ -150,8 +149,7 @@ contains
           if (merit(scene, points, task, now%scale, set%rho, next) < merit(scene, points, task, &
             now%scale, set%rho, now)) exit
         else if (part < 0.01_wp) then
-          report%ending = ended_inverted
-          report%worst_element = next%inverted
+          report%ending = ending_t(ended_inverted, element=next%inverted)
           exit iterations
         end if
         if (maker%led) then
@@ -168,6 +166,8 @@ contains
       search%idle = merge(search%idle + 1, 0, part <= least_part .and. .not. arrives)
       if (search%idle == most_idle) exit iterations
     end do iterations
+    if (report%ending%cause == not_ended) report%ending = ending_t(ended_out_of_balance, &
+      report%residual)
     report%products = report%products + maker%products
     report%tangents = report%tangents + maker%n_factors
     report%imbalance = now%imbalance

@@ -22,9 +22,9 @@ module advance_mod
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end, duration_of
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, &
-    ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
-    ended_indefinite
+  use increment_report_mod, only: increment_report_t, ending_t, has_converged, worst_entry, &
+    ended_well, ended_unbalanced, ended_moving, ended_out_of_reach, ended_passed, ended_inverted, &
+    ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
   use own_inertia_mod, only: balance_in_time, balance_bodies, keep_strains
   use certify_increment_mod, only: certify_increment
@@ -148,7 +148,7 @@ contains
       scene, now, solver, old, increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
-      (is_linear(scene) .and. .not. report%converged))) then
+      (is_linear(scene) .and. .not. has_converged(report)))) then
       ! The path may have bent.
       call begin_trial(scene, now, solver, old, increment, asked, trial, inertia)
       new = old
@@ -203,7 +203,7 @@ contains
     new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
-    if (report%newton_raphson_iterations > 1 .or. .not. report%converged) call cut(ahead)
+    if (report%newton_raphson_iterations > 1 .or. .not. has_converged(report)) call cut(ahead)
   end subroutine advance_along
 
   !> From the loads of an increment, and perhaps its first reactions, to its end.
@@ -280,22 +280,23 @@ contains
         rounding_of_places(scene, new%displacement), report%contact)
       call watch_inactive(scene, points, solver, asked, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_out_of_reach) return
+      if (report%ending%cause == ended_out_of_reach) return
       clock = wall_seconds()
       report%certificate = certify_increment(scene, points, asked, report%contact, old, new, &
         trial%forces%imposed_t, solver%own_mass)
       report%certify_time = report%certify_time + wall_seconds() - clock
-      if (i > 1 .and. .not. report%converged) then
+      if (i > 1 .and. .not. has_converged(report)) then
         ! More than double precision gives. Where it comes close enough that is a result; where not,
         ! what converged before, and was not certified, stands.
-        report%converged = report%certificate%certified
-        if (.not. report%converged) then
+        if (report%certificate%certified) then
+          report%ending = ending_t(ended_well)
+        else
           new = before
           report = of_before
         end if
         exit attempts
       end if
-      if (report%certificate%certified .or. .not. report%converged) exit attempts
+      if (report%certificate%certified .or. .not. has_converged(report)) exit attempts
       if (scene%contact%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
@@ -306,12 +307,9 @@ contains
       of_before = report
     end do attempts
     ! Points that still move where the certificate does not pass are why.
-    if (report%moved > 10.0_wp*asked .and. report%converged .and. .not. &
-      report%certificate%certified) then
-      report%converged = .false.
-      report%ending = ended_moving
-      report%residual = report%moved
-    end if
+    if (report%moved > 10.0_wp*asked .and. has_converged(report) .and. .not. &
+      report%certificate%certified) report%ending = ending_t(ended_moving, report%moved, &
+      report%moved_point)
     if (.not. has_no_result(report)) call finish(scene, points, solver, old, trial, new, report)
   end subroutine complete
 
@@ -319,7 +317,7 @@ contains
   pure logical function has_no_result(report)
     type(increment_report_t), intent(in) :: report
 
-    has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
+    has_no_result = any(report%ending%cause == [ended_unbalanced, ended_passed, ended_inverted, &
       ended_out_of_balance, ended_indefinite])
   end function has_no_result
 
@@ -424,20 +422,16 @@ contains
     call find_strays(scene, points, solver, known, new%displacement, report, is_stray)
     if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
-      report%converged = .false.
-      report%ending = ended_out_of_reach
-      report%worst_point = findloc(is_stray, .true., dim=1)
+      report%ending = ending_t(ended_out_of_reach, point=findloc(is_stray, .true., dim=1))
       return
     end if
     if (.not. any(is_inside)) return
     call rows_of_points(movable(scene, solver%body%prescribed), points, report%contact%weights, &
       report%contact%frame, row)
     if (any(is_inside .and. row(1, :) > 0)) then
-      report%converged = .false.
-      report%ending = ended_moving
       i = maxloc(-report%contact%gap, dim=1, mask=is_inside .and. row(1, :) > 0)
-      report%moved_point = i
-      report%residual = -report%contact%gap(i)/maxval(abs(new%displacement))
+      report%ending = ending_t(ended_moving, -report%contact%gap(i)/maxval(abs( &
+        new%displacement)), i)
       return
     end if
     i = findloc(is_inside, .true., dim=1)

@@ -6,7 +6,7 @@ module balance_together_mod
   use controls_mod, only: solver_auto
   use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, ending_t, has_converged, ended_unbalanced
   use bodies_mod, only: is_linear
   use inertia_mod, only: force_of_inertia
   use turning_couplings_mod, only: has_turning, has_turning_unknowns
@@ -138,8 +138,8 @@ contains
       return
     end if
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
-    if (report%converged) call refuse_passed(scene, points, trial%placement, old, new, report)
-    if (report%converged .and. solver%body%motions%n > 0) call name_unheld(scene, solver, &
+    if (has_converged(report)) call refuse_passed(scene, points, trial%placement, old, new, report)
+    if (has_converged(report) .and. solver%body%motions%n > 0) call name_unheld(scene, solver, &
       trial%placement, found, new, report)
   end subroutine balance_together
 
@@ -193,9 +193,9 @@ contains
     do i = 1, motions%n
       coefficient(i) = found%falls(motions%dof(i), motions%node(i))
     end do
-    report%unbalanced = motion_in_words(scene%mesh, motions, coefficient)
-    report%pulls_off = pulls_off(scene%mesh, points, found%placement, motions, coefficient, &
-      task%forces%external)
+    report%ending = ending_t(ended_unbalanced, motions=motion_in_words(scene%mesh, motions, &
+      coefficient), pulls_off=pulls_off(scene%mesh, points, found%placement, motions, &
+      coefficient, task%forces%external))
   end subroutine name_motion
 
 end module balance_together_mod

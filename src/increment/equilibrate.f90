@@ -12,8 +12,8 @@ module equilibrate_mod
   use controls_mod, only: is_exact, solver_auto
   use contact_points_mod, only: contact_points_t
   use state_mod, only: modes_t, state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
-    ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
+  use increment_report_mod, only: increment_report_t, ending_t, has_converged, ended_unbalanced, &
+    ended_moving, ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use mesh_forces_mod, only: force_rounding
   use inertia_mod, only: rounding_of_inertia
   use finite_forces_mod, only: tangent_t
@@ -59,11 +59,13 @@ contains
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
     logical :: is_missed, is_first, is_followed, has_joined, was_foreseen
+    integer :: inverted !! element that is inside out; 0: none
 
     new%rotation = trial%rotation
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     is_missed = .false.
     is_first = .true.
+    inverted = 0
     loop = begin_newton_raphson(scene, points, solver, trial, tolerance)
     loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
@@ -86,7 +88,7 @@ contains
       trial%has_begun = .true.
       call take_failure(solver, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced) then
+      if (report%ending%cause == ended_unbalanced) then
         call give_up_begun(solver, trial)
         return
       end if
@@ -106,8 +108,8 @@ contains
       call rest(scene, points, solver, old, loop, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call update_forces(scene, solver, old, trial, new, loop, report)
-      if (report%worst_element > 0) exit newton_raphson
+      call update_forces(scene, solver, old, trial, new, loop, report, inverted)
+      if (inverted > 0) exit newton_raphson
       if (was_foreseen) loop%modes = new%modes
       if (allocated(trial%support_force)) trial%support_force = merge(trial%forces%internal - &
         trial%forces%external - pressed, 0.0_wp, trial%forces%prescribed)
@@ -140,34 +142,33 @@ contains
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > tolerance) then
         call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
           projection=0.0_wp, modes=modes_t()), trial, report, error)
-        if (allocated(error) .or. report%ending == ended_indefinite) return
+        if (allocated(error) .or. report%ending%cause == ended_indefinite) return
       end if
       call correct(solver, residual, trial, loop, error)
       if (allocated(error)) return
     end do newton_raphson
     call give_up_begun(solver, trial)
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
-    if (report%worst_element > 0 .or. (loop%imbalance > max(tolerance, &
-      trial%asked%tolerance) .and. .not. loop%is_linear)) then
-      report%converged = .false.
-      report%ending = merge(ended_inverted, ended_out_of_balance, report%worst_element > 0)
-      report%residual = loop%imbalance
+    if (inverted > 0) then
+      report%ending = ending_t(ended_inverted, element=inverted)
+      return
+    end if
+    if (loop%imbalance > max(tolerance, trial%asked%tolerance) .and. .not. loop%is_linear) then
+      report%ending = ending_t(ended_out_of_balance, loop%imbalance)
       return
     end if
     report%moved = loop%moved
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
       call refuse_passed(scene, points, trial%placement, old, new, report)
-      if (report%passed_point == 0 .and. loop%imbalance > tolerance) call &
+      if (report%ending%cause /= ended_passed .and. loop%imbalance > tolerance) call &
         leave_to_reactions(scene%mesh, points, trial%placement, residual, new%reaction)
       return
     end if
     ! Points do not settle by reactions that the solver did not find.
-    if (.not. report%converged .and. scene%contact%solver /= solver_auto) return
+    if (.not. has_converged(report) .and. scene%contact%solver /= solver_auto) return
     ! Nothing says that reactions found elsewhere hold here.
-    report%converged = .false.
-    report%ending = ended_moving
-    report%residual = loop%moved
+    report%ending = ending_t(ended_moving, report%moved, report%moved_point)
   end subroutine equilibrate
 
   !> Where an obstacle presses from inside a body, forces balance there, but nothing led there.
@@ -177,12 +178,12 @@ contains
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
     type(increment_report_t), intent(inout) :: report
+    integer :: point
 
-    report%passed_point = find_passed(scene, points, placement, old, new)
-    if (report%passed_point == 0) return
-    report%converged = .false.
-    report%ending = ended_passed
-    report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new, placement)
+    point = find_passed(scene, points, placement, old, new)
+    if (point == 0) return
+    report%ending = ending_t(ended_passed, point=point, part_to_try=part_that_would_do(scene, &
+      points, point, old, new, placement))
   end subroutine refuse_passed
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.

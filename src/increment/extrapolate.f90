@@ -29,14 +29,15 @@ contains
 
   !> The internal forces of the displacement, which is accelerated first where they are not linear,
   !> those of inertia among them, and pressures on surfaces where it takes them.
-  subroutine update_forces(scene, solver, old, trial, new, loop, report)
+  subroutine update_forces(scene, solver, old, trial, new, loop, report, inverted)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial             !! gets the forces
     type(state_t), intent(inout) :: new               !! its displacement, as of `extrapolate`
     type(newton_raphson_t), intent(inout) :: loop
-    type(increment_report_t), intent(inout) :: report !! gets an element that is inside out
+    type(increment_report_t), intent(inout) :: report !! counts
+    integer, intent(out) :: inverted                  !! element that is inside out; 0: none
 
     if (.not. loop%is_linear) then
       call extrapolate(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, loop)
@@ -45,7 +46,7 @@ contains
       report%force_evaluations = report%force_evaluations + 1
     end if
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
-      trial%forces%internal, report%worst_element)
+      trial%forces%internal, inverted)
     if (allocated(solver%body%inertia)) then
       trial%of_inertia = force_of_inertia(scene%mesh, solver%body%inertia, trial%in_motion, &
         new%displacement)

@@ -9,7 +9,7 @@ module jumps_mod
   use interference_mod, only: has_interference
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t, keep_tangent
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, has_converged
   use increments_mod, only: increment_t, next_increment
   use finite_forces_mod, only: finite_strain_energy
   use placement_mod, only: placement_t, place_state
@@ -126,7 +126,7 @@ contains
       call advance(scene, points, solver, a, next_increment(scene%steps, a, length), &
         asked_t(solver%choices%tolerance), b, report, error)
       ok = .not. allocated(error)
-      if (ok) ok = report%converged
+      if (ok) ok = has_converged(report)
     end subroutine try
 
   end subroutine find_jump

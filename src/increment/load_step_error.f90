@@ -24,7 +24,7 @@ module load_step_error_mod
   use interference_mod, only: has_interference, extra_gap_at
   use step_contact_mod, only: changes_at, most_friction
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, energy_t
+  use increment_report_mod, only: increment_report_t, has_converged, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment, whole_increment
   use follow_points_mod, only: rounding_of_places
@@ -495,7 +495,7 @@ contains
       call reach_balance(scene, points, solver, from, tolerance, trial, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
-    ok = .not. allocated(error) .and. report%converged
+    ok = .not. allocated(error) .and. has_converged(report)
   end subroutine try_with
 
   !> The energy of the difference of two states under the same loads, beside that of the bodies:

@@ -25,7 +25,7 @@ module look_ahead_mod
   use interference_mod, only: has_interference
   use closed_points_mod, only: may_stay_closed
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, has_converged
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use condensed_contact_mod, only: count_rows, neutral_motions, unpressed_motions
@@ -133,7 +133,7 @@ contains
         foreseen%motion = trial%motion
         if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
         foreseen%report%wall_time = wall_seconds() - began
-        if (.not. foreseen%report%converged) exit increments
+        if (.not. has_converged(foreseen%report)) exit increments
         if (leaves_free(foreseen%reaction)) exit increments
       end associate
       if (goes_on .and. increment%index == ahead%last) exit increments

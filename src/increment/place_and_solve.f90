@@ -6,7 +6,7 @@ module place_and_solve_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, has_converged
   use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
@@ -217,7 +217,7 @@ contains
     motion = trial%motion
     call take_deformed_areas(scene, points, new%displacement, trial%placement)
     call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
-    if (report%converged) return
+    if (has_converged(report)) return
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
       allocated(solver%contact%presses)) return
     ! The others may be what holds the bodies.

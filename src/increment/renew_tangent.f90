@@ -6,7 +6,7 @@ module renew_tangent_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use increment_report_mod, only: increment_report_t, ended_indefinite
+  use increment_report_mod, only: increment_report_t, ending_t, ended_indefinite
   use constraints_mod, only: follow_masters
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: find_internal_force, tangent_at, find_tangent_force
@@ -37,7 +37,7 @@ contains
     call apply_reactions(points, old, trial)
     call renew_tangent(scene, points, solver, tangent_at(scene, old%displacement, old%step, &
       old%position, projection=0.0_wp), trial, report, error)
-    if (allocated(error) .or. report%ending == ended_indefinite) return
+    if (allocated(error) .or. report%ending%cause == ended_indefinite) return
     call add_loads(scene, solver, old, trial, error)
   end subroutine begin_with_tangent
 
@@ -102,8 +102,7 @@ contains
     call linearise_at(scene, points, tangent, solver, error)
     if (allocated(error)) then
       if (error%exit_status /= exit_not_solved) return
-      report%ending = ended_indefinite
-      report%converged = .false.
+      report%ending = ending_t(ended_indefinite)
       deallocate (error)
       return
     end if

@@ -18,7 +18,8 @@ module shadow_run_mod
   use state_mod, only: state_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     whole_increment
-  use increment_report_mod, only: increment_report_t, error_parts_t, ended_out_of_balance
+  use increment_report_mod, only: increment_report_t, ending_t, has_converged, error_parts_t, &
+    ended_well, ended_out_of_balance
   use bodies_mod, only: strain_energy
   use rigid_modes_mod, only: free_motions_t, follow_turns
   use turning_couplings_mod, only: turned_constraints
@@ -263,7 +264,7 @@ contains
     call begin_trial(scene, now, solver, old, increment, asked_t(solver%choices%tolerance), trial)
     call equilibrate(scene, now, solver, old, max(solver%choices%tolerance, sharp_enough), trial, &
       state, report, error)
-    if (allocated(error) .or. .not. report%converged) state = new
+    if (allocated(error) .or. .not. has_converged(report)) state = new
   end subroutine follow_linearly
 
   !> Give materials other laws.
@@ -327,13 +328,13 @@ contains
         trial%motion = [(start%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
         trial%is_foreseen = motions%n == 0
       end associate
-      report%converged = trial%is_foreseen
+      if (trial%is_foreseen) report%ending = ending_t(ended_well)
       call begin_from(scene, now, solver, start, trial)
       to%reaction = start%reaction
     end if
     call equilibrate(scene, now, solver, state, tolerance, trial, to, report, error)
     ok = .not. allocated(error)
-    if (ok) ok = report%converged .or. (report%ending == ended_out_of_balance .and. &
+    if (ok) ok = has_converged(report) .or. (report%ending%cause == ended_out_of_balance .and. &
       report%imbalance <= tenth*apart(points, new%reaction, new%strain_energy, to))
     if (.not. ok) return
     to%external_force = trial%forces%external

@@ -6,8 +6,8 @@ module solve_reactions_mod
   use controls_mod, only: contact_controls_t, solver_none
   use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
-    ended_at_limit, ended_diverging
+  use increment_report_mod, only: increment_report_t, ending_t, ended_well, ended_unbalanced, &
+    ended_stalled, ended_at_limit, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
   use solve_mod, only: solve_contact
@@ -87,20 +87,20 @@ contains
         ! the surfaces that press it is the sliding.
         unbalanced = unresisted_part(pressing(:n_pressing, :), &
           unresisted_part(resisting(:n_resisting, :), unbalanced))
-        report%unbalanced = motion_in_words(scene%mesh, motions, unbalanced)
-        report%pulls_off = pulls_off(scene%mesh, points, trial%placement, motions, unbalanced, &
-          trial%forces%external)
+        report%ending = ending_t(ended_unbalanced, motions=motion_in_words(scene%mesh, motions, &
+          unbalanced), pulls_off=pulls_off(scene%mesh, points, trial%placement, motions, &
+          unbalanced, trial%forces%external))
+      else
+        report%ending = ending_t(contact%ending)
       end if
       if (contact%converged .and. motions%n > 0) call free_in_words(scene%mesh, motions, &
         resisting(:n_resisting, :), report%n_unheld, report%unheld)
     end associate
-    report%converged = contact%converged
     report%solver = contact%solver
     report%contact_iterations = report%contact_iterations + contact%iterations
     report%local_iterations = report%local_iterations + contact%local_iterations
     report%compliance_products = report%compliance_products + contact%products
     report%solver_stages = max(report%solver_stages, contact%stages, 1)
-    report%ending = contact%ending
     report%residual = contact%residual
     report%worst_point = contact%worst_point
     report%contact_time = report%contact_time + wall_seconds() - clock
@@ -444,7 +444,7 @@ contains
     contact%stages = max(contact%stages, of_group%stages)
     contact%local_iterations = contact%local_iterations + of_group%local_iterations
     if (.not. of_group%converged .and. contact%ending /= ended_unbalanced) contact%ending = &
-      of_group%ending
+      merge(ended_stalled, of_group%ending, of_group%ending == ended_well)
     contact%converged = contact%converged .and. of_group%converged
     if (of_group%residual >= contact%residual) then
       contact%residual = of_group%residual

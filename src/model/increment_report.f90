@@ -1,21 +1,23 @@
 !> What is told about an increment: how it was solved, how true it is, what its contact looks like.
 module increment_report_mod
   use kinds_mod, only: wp
-  use controls_mod, only: solver_none
+  use controls_mod, only: solver_none, stop_at_change
   use contact_points_mod, only: weights_t
+  use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: increment_report_t, certificate_t, error_parts_t, total_error, entered_beside_mesh, &
-    energy_t, contact_fields_t
+  public :: increment_report_t, ending_t, has_converged, is_solved, certificate_t, &
+    error_parts_t, total_error, entered_beside_mesh, energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: cycle_none, cycle_differs, cycle_settled
-  public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
-    ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
-    ended_indefinite
+  public :: not_ended, ended_well, ended_at_limit, ended_stalled, ended_diverging, &
+    ended_unbalanced, ended_moving, ended_out_of_reach, ended_passed, ended_inverted, &
+    ended_out_of_balance, ended_indefinite
   public :: worst_entry, force_sums, largest_pressure, is_redundant_at, count_redundant, told_theory
 
-  ! How a contact solver that has not converged ended.
+  ! How an increment ends, or a contact solver.
+  integer, parameter :: not_ended = -1       !! not yet
   integer, parameter :: ended_well = 0       !! it did converge
   integer, parameter :: ended_at_limit = 1   !! of its iterations
   integer, parameter :: ended_stalled = 2    !! no progress any more
@@ -32,6 +34,19 @@ module increment_report_mod
 
   ! Whether a load cycle ends with an increment, and whether it has settled.
   integer, parameter :: cycle_none = 0, cycle_differs = 1, cycle_settled = 2
+
+  !> How an increment has ended, and by what.
+  type :: ending_t
+    integer  :: cause = not_ended
+    real(wp) :: how_far = 0.0_wp
+    !! of points that do not settle how far they move, of forces what is out of balance [-]
+    integer  :: point = 0
+    !! that does not settle, was taken to be out of reach, or would be pressed from behind; 0: none
+    real(wp) :: part_to_try = 1.0_wp !! of the increment: there an obstacle passes no point [-]
+    integer  :: element = 0          !! that would turn inside out
+    character(:), allocatable :: motions !! that nothing balances, in words
+    logical  :: pulls_off = .false.  !! these close no contact, and open some
+  end type ending_t
 
   !> The errors of a step, each relative to the scales of docs/theory.md section 6.
   type :: certificate_t
@@ -137,17 +152,15 @@ module increment_report_mod
 
   !> One increment's report.
   type :: increment_report_t
-    logical  :: converged = .false.
+    type(ending_t) :: ending
     integer  :: solver = solver_none
     integer  :: newton_raphson_iterations = 0
     integer  :: contact_iterations = 0  !! sweeps, or iterations of Newton's method
     integer  :: compliance_products = 0 !! products of W with a vector; a sweep counts as one
     integer  :: solver_stages = 0       !! solvers tried one after the other
-    integer  :: ending = ended_well     !! how the last contact solver ended
     integer  :: force_evaluations = 0   !! of internal forces, at finite strain
     integer  :: products = 0            !! of tangents with what the factor at hand makes of vectors
     integer  :: tangents = 0            !! that were factorised, at finite strain
-    integer  :: worst_element = 0       !! that would turn inside out; 0: none
     integer  :: local_iterations = 0    !! summed over points and sweeps
     real(wp) :: in_time = -1.0_wp
     !! error of a dynamic increment by its length, as of error_in_time; negative: of others [-]
@@ -157,14 +170,11 @@ module increment_report_mod
     real(wp) :: without_contact = 0.0_wp
     !! largest displacement that the loads alone would make, beside the largest with contact [-]
     real(wp) :: moved = 0.0_wp !! points on curved masters, in the last iteration [-]
-    integer  :: moved_point = 0 !! before a surface, that moved the most and did not settle; 0: none
+    integer  :: moved_point = 0 !! before a surface, that moved the most; 0: none
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     real(wp) :: certify_time = 0.0_wp   !! and in the certificate [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
-    integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
-    real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
-    integer  :: solved_in_parts = 0     !! as many equal ones, 0 if none are known
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     real(wp) :: largest_stress = -1.0_wp
@@ -178,8 +188,6 @@ module increment_report_mod
     !! from the end of the cycle before, of the changes within it; negative: none is known [-]
     integer  :: n_unheld = 0            !! rigid motions that nothing resists
     character(:), allocatable :: unheld     !! those, in words
-    character(:), allocatable :: unbalanced !! motions that nothing balances, in words
-    logical  :: pulls_off = .false.     !! these motions close no contact, and open some
     real(wp), allocatable :: x_free(:)
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     real(wp), allocatable :: mesh_error(:)
@@ -194,6 +202,22 @@ module increment_report_mod
   end type increment_report_t
 
 contains
+
+  !> Whether an increment has come to an equilibrium.
+  pure logical function has_converged(report)
+    type(increment_report_t), intent(in) :: report
+
+    has_converged = report%ending%cause == ended_well
+  end function has_converged
+
+  !> Whether it may stand: certified, or where the deck compares solvers (STOP=CHANGE) as it is.
+  pure logical function is_solved(scene, report)
+    type(scene_t), intent(in) :: scene
+    type(increment_report_t), intent(in) :: report
+
+    is_solved = has_converged(report) .and. (report%certificate%certified .or. &
+      scene%contact%stop_rule == stop_at_change)
+  end function is_solved
 
   !> The parts together but the theory's: the error of the small-strain solution. Negative where
   !> mesh, load steps or geometry are not estimated. The stress recovery that mesh is found by does

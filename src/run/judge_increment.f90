@@ -70,6 +70,7 @@ module judge_increment_mod
     type(followed_cycle_t) :: cycle !! of loads, where it is solved
     real(wp) :: met_tolerance = 0.0_wp
     !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
+    integer :: in_parts = 0 !! equal ones in which it was solved, where it was not whole; 0: in none
   end type solved_t
 
   !> What is watched from increment to increment, for notes alone.
@@ -117,7 +118,7 @@ contains
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
-        solver%body%inverse%condition, solved%met_tolerance, error)
+        solver%body%inverse%condition, solved%met_tolerance, solved%in_parts, error)
       is_dynamic = scene%steps(increment%step)%is_dynamic
       if (allocated(error) .and. .not. is_dynamic) call explain_by_instability(scene, plan, &
         solver, progress, solved, error)
@@ -341,7 +342,7 @@ contains
         '  The equilibrium where this increment begins '//is//' unstable'// &
         unstable_in_words(stability)
       if (.not. is_hint(stability)) error%n_meshes = meshes_that_buckle(scene%mesh)
-    else if (.not. is_linear(scene) .and. any(solved%report%ending == [ended_out_of_balance, &
+    else if (.not. is_linear(scene) .and. any(solved%report%ending%cause == [ended_out_of_balance, &
       ended_inverted]) .and. is_extra(solved%increment%position)) then
       what = 'there is'
       if (stability%slides) what = 'friction leaves'

@@ -13,9 +13,10 @@ module refuse_unsolved_mod
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, increment_name
-  use increment_report_mod, only: increment_report_t, contact_fields_t, certificate_t, &
-    worst_entry, ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed, &
-    ended_inverted, ended_out_of_balance, ended_indefinite
+  use increment_report_mod, only: increment_report_t, has_converged, is_solved, &
+    contact_fields_t, certificate_t, worst_entry, ended_well, ended_at_limit, ended_stalled, &
+    ended_unbalanced, ended_moving, ended_passed, ended_inverted, ended_out_of_balance, &
+    ended_indefinite
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use mesh_mod, only: mesh_t, kind_c3d8
@@ -38,7 +39,7 @@ module refuse_unsolved_mod
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_gained_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
-    nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
+    nodes_in_words, stretches_in_words, neo_hooke_in_words, tolerance_in_reach, &
     next_tolerance, refuse_inside, refuse_folded_through, inside_in_words
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
@@ -66,10 +67,10 @@ contains
     real(wp) :: needed
 
     next = 0.0_wp
-    if (any(report%ending == [ended_unbalanced, ended_moving, ended_inverted, &
+    if (any(report%ending%cause == [ended_unbalanced, ended_moving, ended_inverted, &
       ended_out_of_balance, ended_indefinite])) return
     needed = 0.1_wp*worst_entry(report%certificate)
-    if (.not. report%converged) needed = max(needed, report%residual)
+    if (.not. has_converged(report)) needed = max(needed, report%residual)
     next = rounded_up(needed, tolerance)
     if (next <= tolerance) next = 0.0_wp
   end function next_tolerance
@@ -96,18 +97,10 @@ contains
     met = ceiling(1.01_wp*needed/power)*power
   end function rounded_up
 
-  !> Whether an increment may stand.
-  pure logical function is_solved(scene, report)
-    type(scene_t), intent(in) :: scene
-    type(increment_report_t), intent(in) :: report
-
-    is_solved = report%converged .and. (report%certificate%certified .or. &
-      scene%contact%stop_rule == stop_at_change)
-  end function is_solved
-
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, choices, increment, report, condition, met, error)
+  subroutine refuse_unsolved(scene, plan, choices, increment, report, condition, met, in_parts, &
+    error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(choices_t), intent(in) :: choices !! as they are now
@@ -115,28 +108,31 @@ contains
     type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
     real(wp), intent(in) :: met       !! tolerance with which it was solved, 0: with none [-]
+    integer, intent(in) :: in_parts   !! in how many it was solved, 0: in none
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: words
     integer(i8) :: bytes
 
     if (is_solved(scene, report)) return
-    select case (report%ending)
+    select case (report%ending%cause)
     case (ended_unbalanced)
-      words = 'nothing balances the loads along '//report%unbalanced//new_line('a')//'  '// &
+      words = 'nothing balances the loads along '//report%ending%motions//new_line('a')//'  '// &
         what_would_balance()
-      if (report%solved_in_parts > 0) words = 'no balance of the loads along '// &
-        report%unbalanced//' was found in one increment, but in '// &
-        to_text(report%solved_in_parts)//' parts of it: use smaller increments, or leave out DIRECT'
+      if (in_parts > 0) words = 'no balance of the loads along '// &
+        report%ending%motions//' was found in one increment, but in '// &
+        to_text(in_parts)//' parts of it: use smaller increments, or leave out DIRECT'
     case (ended_passed)
       words = passed()
     case (ended_inverted)
-      words = 'element '//to_text(scene%mesh%element_id(report%worst_element))//' turns inside '// &
-        'out; smaller increments, a finer mesh or a better shape of it may help (undeformed '// &
-        'its Jacobian falls to '//to_text(least_of_largest(scene%mesh, report%worst_element), 2)// &
-        ' of its largest)'
+      associate (element => report%ending%element)
+        words = 'element '//to_text(scene%mesh%element_id(element))//' turns inside out; '// &
+          'smaller increments, a finer mesh or a better shape of it may help (undeformed its '// &
+          'Jacobian falls to '//to_text(least_of_largest(scene%mesh, element), 2)// &
+          ' of its largest)'
+      end associate
     case (ended_out_of_balance)
       words = 'the forces of finite strain do not come to balance (what is left is '// &
-        to_text(report%residual, 3)//' of the largest); smaller increments may help'
+        to_text(report%ending%how_far, 3)//' of the largest); smaller increments may help'
     case (ended_indefinite)
       words = 'the tangent stiffness of iteration '// &
         to_text(report%newton_raphson_iterations + 1)//' is not positive definite, and contact '// &
@@ -144,23 +140,21 @@ contains
         'SOLVER, do without that'
     case (ended_moving)
       words = moving()
+    case (ended_well)
+      words = 'not certified, '//certificate_in_words(report%certificate)//', allowed '// &
+        to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
+        to_text(condition, 2)//')'//torn_in_words(scene, plan%points, report)//inaccurate()
     case default
-      if (report%converged) then
-        words = 'not certified, '//certificate_in_words(report%certificate)//', allowed '// &
-          to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
-          to_text(condition, 2)//')'//torn_in_words(scene, plan%points, report)//inaccurate()
-      else
-        words = unreached()
-      end if
-      if (met > 0.0_wp) words = words//'; with a tolerance of '//to_text(met, 2)// &
-        ' this increment is solved, and those after it were not tried'
+      words = unreached()
     end select
-    if (report%ending /= ended_unbalanced) then
+    if (met > 0.0_wp) words = words//'; with a tolerance of '//to_text(met, 2)// &
+      ' this increment is solved, and those after it were not tried'
+    if (report%ending%cause /= ended_unbalanced) then
       if (choices%precision%iterative) then
         words = words//'; bodies were solved for by iteration: TYPE=FACTOR of *BODY SOLVER has '// &
           'other solvers of contact to fall back on'
-      else if (choices%compliance == compliance_products .and. .not. report%converged .and. &
-        report%ending /= ended_moving) then
+      else if (choices%compliance == compliance_products .and. .not. has_converged(report) .and. &
+        report%ending%cause /= ended_moving) then
         bytes = dense_bytes(sum(plan%rows))
         if (.not. has_memory(bytes)) words = words//'; other solvers need the dense contact '// &
           'matrix, '//bytes_in_words(real(bytes, wp))//' of memory'
@@ -210,13 +204,13 @@ contains
       character(:), allocatable :: words
       real(wp) :: length, power
 
-      associate (point => report%passed_point, step => scene%steps(increment%step))
+      associate (point => report%ending%point, step => scene%steps(increment%step))
         ! Rounded down to one digit.
-        length = report%part_to_try*(increment%fraction - increment%begin)*step%period
+        length = report%ending%part_to_try*(increment%fraction - increment%begin)*step%period
         power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
         words = node_name(scene, plan%points, point)//' of '// &
           scene%surfaces(scene%pairs(plan%points%pair(point))%surface)%name
-        if (report%part_to_try >= 1.0_wp) then
+        if (report%ending%part_to_try >= 1.0_wp) then
           words = master_name(scene, plan%points%pair(point))//' presses '//words// &
             ' from inside its body; is the body on the right side of it, and are all faces '// &
             'that it may touch in the surface?'
@@ -224,7 +218,7 @@ contains
         end if
         words = master_name(scene, plan%points%pair(point))//' passes '//words// &
           ' within the increment and would press it from behind; use '
-        if (report%part_to_try < 0.5_wp) then
+        if (report%ending%part_to_try < 0.5_wp) then
           words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
           if (step%direct) words = words//', or leave out DIRECT'
         else
@@ -237,7 +231,7 @@ contains
     function what_would_balance() result(words)
       character(:), allocatable :: words
 
-      if (report%pulls_off) then
+      if (report%ending%pulls_off) then
         words = 'they pull the body off what it touches: a pressure is positive into the body, '// &
           'and forces point along the axes; is a sign wrong?'
       else if (size(scene%pairs) > 0) then
@@ -254,14 +248,14 @@ contains
       character(:), allocatable :: words
 
       words = 'the contact points on curved obstacles'
-      associate (point => report%moved_point)
+      associate (point => report%ending%point)
         if (point > 0) words = 'the contact points on the master of '// &
           scene%pairs(plan%points%pair(point))%name//', most of all '// &
           node_name(scene, plan%points, point)//','
       end associate
       words = words//' do not settle ('
-      if (report%residual < epsilon(1.0_wp)*no_gap) then
-        words = words//'they still move by '//to_text(report%residual, 3)
+      if (report%ending%how_far < epsilon(1.0_wp)*no_gap) then
+        words = words//'they still move by '//to_text(report%ending%how_far, 3)
       else
         words = words//'their master covers one of them at times'
       end if
@@ -274,7 +268,7 @@ contains
     function ending() result(words)
       character(:), allocatable :: words
 
-      select case (report%ending)
+      select case (report%ending%cause)
       case (ended_at_limit)
         words = 'their limit'
       case (ended_stalled)

@@ -9,7 +9,7 @@ module solve_next_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, count_increments
   use state_mod, only: state_t, keep_tangent
-  use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
+  use increment_report_mod, only: increment_report_t, is_solved, ended_out_of_reach, ended_passed, &
     ended_unbalanced, ended_indefinite, cycle_settled
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
@@ -35,7 +35,7 @@ module solve_next_mod
   use interference_mod, only: has_interference, set_extra_gap
   use checkpoint_mod, only: progress_t
   use enter_step_mod, only: enter_step
-  use refuse_unsolved_mod, only: is_solved, next_tolerance
+  use refuse_unsolved_mod, only: next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
     note_turn, note_double, note_too_long
   use judge_increment_mod, only: solved_t, watch_t, least_overlap
@@ -111,7 +111,7 @@ contains
         if (allocated(error)) return
         if (is_another) cycle
         call note_sizes(solver, progress%tally)
-        passes = solved%report%ending == ended_passed
+        passes = solved%report%ending%cause == ended_passed
         if (is_solved(scene, solved%report)) then
           call look_between_ends(scene, plan, asked%tolerance, watch, progress, solved)
           passes = solved%entries%passed%depth > 0.0_wp
@@ -169,7 +169,7 @@ contains
           progress%tally%cuts = progress%tally%cuts + 1
         end if
         if (passes) then
-          call note_passed(scene, plan%points, increment, solved%report%passed_point, &
+          call note_passed(scene, plan%points, increment, solved%report%ending%point, &
             solved%entries%passed, notes)
         else
           call note_unsolved(increment, is_touch, notes)
@@ -256,7 +256,7 @@ contains
       if (.not. is_solved(scene, report)) then
         ! With tangents of its own it would fail as it did.
         if (is_together(scene, solver)) return
-        is_to_repeat = report%ending /= ended_passed .and. (old%tangent_of /= &
+        is_to_repeat = report%ending%cause /= ended_passed .and. (old%tangent_of /= &
           old%increments_done .or. (old%tangent_of > 0 .and. old%tangent_projection < 1.0_wp))
         if (.not. is_to_repeat) return
         if (old%tangent_of == old%increments_done) old%tangent_projection = 1.0_wp
@@ -333,10 +333,11 @@ contains
     real(wp) :: middle
 
     ! Or a tangent that is not positive definite where the increment begins.
-    fails = solved%report%ending == ended_indefinite .and. &
+    fails = solved%report%ending%cause == ended_indefinite .and. &
       solved%report%newton_raphson_iterations == 0
-    if (solved%report%ending == ended_passed) fails = solved%report%part_to_try >= 1.0_wp
-    if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
+    if (solved%report%ending%cause == ended_passed) fails = &
+      solved%report%ending%part_to_try >= 1.0_wp
+    if (solved%report%ending%cause /= ended_unbalanced .or. any(points%is_curved)) return
     if (maxval(abs(old%displacement)) > 0.0_wp) return
     if (has_interference(scene) .or. any(solver%first_gap < 0.0_wp .and. points%in_reach)) return
     associate (response => solver%response, increment => solved%increment)
@@ -380,9 +381,10 @@ contains
       if (.not. scene%steps(increment%step)%direct) return
       ! Parts of an increment in time have another scheme.
       if (scene%steps(increment%step)%is_dynamic) return
-      if (solved%report%ending == ended_out_of_reach) return
+      if (solved%report%ending%cause == ended_out_of_reach) return
       ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
-      if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return
+      if (solved%report%ending%cause == ended_unbalanced .and. .not. &
+        any(plan%points%is_curved)) return
       is_kept = keeps_tangent(scene, solver)
       left = increment%position - increment%start
       length = left/2
@@ -412,7 +414,7 @@ contains
           return
         end if
       end do
-      solved%report%solved_in_parts = int((increment%position - increment%start - 1)/length) + 1
+      solved%in_parts = int((increment%position - increment%start - 1)/length) + 1
       if (is_kept) then
         ! Of where the solution is: slender bodies that turn in an increment want no other.
         call keep_tangent(reached)
@@ -464,8 +466,8 @@ contains
     if (allocated(error)) then
       needs_double = error%exit_status == exit_not_solved
     else if (present(report)) then
-      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach &
-        .and. report%ending /= ended_passed
+      needs_double = .not. (is_solved(scene, report) .or. any(report%ending%cause == &
+        [ended_out_of_reach, ended_passed]))
     end if
   end function needs_double
 
@@ -506,8 +508,8 @@ contains
     logical :: is_taken
 
     call advance_once()
-    if (allocated(error) .or. solved%report%ending /= ended_out_of_reach) return
-    call note_widened(scene, plan%points, solved%increment, solved%report%worst_point, notes)
+    if (allocated(error) .or. solved%report%ending%cause /= ended_out_of_reach) return
+    call note_widened(scene, plan%points, solved%increment, solved%report%ending%point, notes)
     call reach_everything(scene, plan%points)
     call revise_plan(scene, plan, error)
     if (allocated(error)) return

@@ -13,7 +13,7 @@ module block_scene
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state
   use increments_mod, only: increment_t, next_increment
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, has_converged
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
   use linearisation_mod, only: solver_work_t
@@ -200,7 +200,7 @@ contains
     do i = 1, n_increments
       if (.not. allocated(run%error)) call next_step(scene, run)
       certified = certified .and. .not. allocated(run%error)
-      certified = certified .and. run%report%converged .and. run%report%certificate%certified
+      certified = certified .and. has_converged(run%report) .and. run%report%certificate%certified
     end do
   end subroutine run_scene
 
