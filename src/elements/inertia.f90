@@ -35,6 +35,8 @@ module inertia_mod
     real(wp), allocatable :: earlier(:, :)
     !! (3,n_nodes) what the velocities of damping are less than by its displacements [length/time]
     real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
+    real(wp), allocatable :: force(:, :)
+    !! (3,n_nodes) as of force_of_inertia, where it was asked for last [force]
   end type in_motion_t
 
 contains

@@ -20,7 +20,7 @@ module advance_mod
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change
   use contact_points_mod, only: contact_points_t, master_nodes
-  use increments_mod, only: increment_t, next_increment, mark_end, duration_of
+  use increments_mod, only: next_increment, mark_end, duration_of
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ending_t, has_converged, worst_entry, &
     ended_well, ended_unbalanced, ended_moving, ended_out_of_reach, ended_passed, ended_inverted, &
@@ -44,7 +44,7 @@ module advance_mod
   use step_solver_mod, only: step_solver_t, take_duration
   use newmark_mod, only: by_inertia_t, begins_anew, begin_motion, begin_inertia, end_inertia, &
     error_in_time, watch_inertia, come_to_rest
-  use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
   use turned_bodies_mod, only: begin_turned, end_turned
@@ -65,15 +65,14 @@ module advance_mod
 
 contains
 
-  !> Bring `old` to the end of `increment`, in `new`; `old` is never altered.
-  subroutine advance(scene, points, solver, old, increment, asked, new, report, error)
+  !> Bring `old` to the end of the goal's increment, in `new`; `old` is never altered.
+  subroutine advance(scene, points, solver, old, goal, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     !! solutions with its factor; contact before curved obstacles follows the trial's placement
     type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(asked_t), intent(in) :: asked
+    type(goal_t), intent(in) :: goal
     type(state_t), intent(out) :: new
     type(increment_report_t), intent(out) :: report
     !! not converged, not certified: no error, it is said here
@@ -82,25 +81,26 @@ contains
 
     type(state_t) :: begun
 
-    if (allocated(solver%body%inertia)) call take_duration(scene, points, old, &
-      duration_of(scene%steps(increment%step), increment%position - increment%start), solver, error)
-    if (allocated(error)) return
-    begun = old
-    if (begins_anew(scene, solver, old, increment)) call begin_motion(scene, points, solver, &
-      increment, begun)
-    new = begun
-    new%reaction = expected_reactions(scene, points, solver, begun, increment)
-    call advance_from(scene, points, solver, begun, increment, asked, new, report, error)
+    associate (increment => goal%increment)
+      if (allocated(solver%body%inertia)) call take_duration(scene, points, old, duration_of( &
+        scene%steps(increment%step), increment%position - increment%start), solver, error)
+      if (allocated(error)) return
+      begun = old
+      if (begins_anew(scene, solver, old, increment)) call begin_motion(scene, points, solver, &
+        increment, begun)
+      new = begun
+      new%reaction = expected_reactions(scene, points, solver, begun, increment)
+    end associate
+    call advance_from(scene, points, solver, begun, goal, new, report, error)
   end subroutine advance
 
   !> The same, the solution sought from the displacements and reactions that `new` comes with.
-  subroutine advance_from(scene, points, solver, old, increment, asked, new, report, error)
+  subroutine advance_from(scene, points, solver, old, goal, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver      !! as of `advance`
     type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(asked_t), intent(in) :: asked
+    type(goal_t), intent(in) :: goal
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
@@ -120,10 +120,10 @@ contains
     ! Where the pins do not hold bodies there the increment is not solved.
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
-    call set_gaps(scene, points, increment, now, solver)
-    call begin_inertia(scene, points, solver, old, increment, inertia, error)
+    call set_gaps(scene, points, goal%increment, now, solver)
+    call begin_inertia(scene, points, solver, old, goal%increment, inertia, error)
     if (allocated(error)) return
-    call begin_trial(scene, now, solver, old, increment, asked, trial, inertia)
+    call begin_trial(scene, now, solver, old, goal, trial, inertia)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -133,7 +133,7 @@ contains
     is_given = is_elsewhere .and. .not. is_linear(scene)
     if (is_given) call begin_from(scene, points, solver, new, trial)
     new = old
-    call mark_end(increment, new)
+    call mark_end(goal%increment, new)
     new%reaction = reaction
     is_in_motion = allocated(solver%body%inertia) .and. .not. (is_given .or. is_linear(scene) .or. &
       is_together(scene, solver))
@@ -145,62 +145,62 @@ contains
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
     if (.not. (is_elsewhere .or. trial%has_turned .or. is_in_motion)) call begin_extrapolated( &
-      scene, now, solver, old, increment, reaction, trial)
+      scene, now, solver, old, goal%increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. has_converged(report)))) then
       ! The path may have bent.
-      call begin_trial(scene, now, solver, old, increment, asked, trial, inertia)
+      call begin_trial(scene, now, solver, old, goal, trial, inertia)
       new = old
-      call mark_end(increment, new)
+      call mark_end(goal%increment, new)
       new%reaction = reaction
       report = none
       now%mu = points%mu
       call complete(scene, now, solver, old, trial, new, report, error)
     end if
     call end_turned(scene, now, solver)
-    new%trend = trend_of(increment, old%reaction, new%reaction)
+    new%trend = trend_of(goal%increment, old%reaction, new%reaction)
     if (any(points%is_curved) .or. .not. is_linear(scene)) new%displacement_trend = trend_of( &
-      increment, old%displacement, new%displacement)
-    if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
+      goal%increment, old%displacement, new%displacement)
+    if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(goal%increment, &
       trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_from
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
-  subroutine advance_along(scene, points, solver, old, asked, ahead, new, report, error)
+  subroutine advance_along(scene, points, solver, old, ahead, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver   !! as of `advance`
     type(state_t), intent(in) :: old
-    type(asked_t), intent(in) :: asked
     type(ahead_t), intent(inout) :: ahead
     type(state_t), intent(out) :: new
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(contact_points_t) :: now
-    type(increment_t) :: increment
+    type(goal_t) :: goal
     type(trial_t) :: trial
     real(wp) :: clock
 
-    increment = next_increment(scene%steps, old)
+    goal = goal_t(next_increment(scene%steps, old), solver%choices%tolerance, &
+      shows_progress=solver%choices%shows_progress)
     if (.not. can_look_ahead(scene, points, solver)) then
-      call advance(scene, points, solver, old, increment, asked, new, report, error)
+      call advance(scene, points, solver, old, goal, new, report, error)
       return
     end if
-    if (.not. is_ahead(ahead, increment)) then
-      call look_ahead(scene, points, solver, old, asked, ahead, error)
+    if (.not. is_ahead(ahead, goal%increment)) then
+      call look_ahead(scene, points, solver, old, ahead, error)
       if (allocated(error)) return
     end if
     clock = wall_seconds()
     now = points
-    call begin_trial(scene, points, solver, old, increment, asked, trial)
+    call begin_trial(scene, points, solver, old, goal, trial)
     new = old
-    call mark_end(increment, new)
-    call take_foreseen(points, ahead, increment, solver, trial, new%reaction, report)
+    call mark_end(goal%increment, new)
+    call take_foreseen(points, ahead, goal%increment, solver, trial, new%reaction, report)
     call complete(scene, now, solver, old, trial, new, report, error)
-    new%trend = trend_of(increment, old%reaction, new%reaction)
+    new%trend = trend_of(goal%increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
     if (report%newton_raphson_iterations > 1 .or. .not. has_converged(report)) call cut(ahead)
@@ -218,13 +218,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
     type(state_t) :: before
     type(increment_report_t) :: of_before
-    real(wp) :: asked     !! tolerance of the increment [-]
-    real(wp) :: tolerance !! residual that is asked for now [-]
     real(wp) :: largest(points%n), apart, clock
     integer :: i, n_again
 
-    asked = trial%asked%tolerance
-    tolerance = asked
     largest = points%mu
     if (depends_on_rate(points)) call give_coefficients(points, solver%contact)
     n_again = 0
@@ -235,8 +231,8 @@ contains
       if (i == 1 .and. solver%choices%precision%renews_tangent .and. .not. is_together(scene, &
         solver)) call begin_with_tangent(scene, points, solver, old, trial, report, error)
       if (allocated(error)) return
-      if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, tolerance, &
-        trial, new, report, error)
+      if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, trial, new, &
+        report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
         ! No result, but others may want to try the contact problem: with these frames.
@@ -257,7 +253,6 @@ contains
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
       if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, trial%in_motion, &
-        trial%of_inertia, &
         trial%forces%internal, nodal_forces(points, trial%placement%weights, new%reaction, &
         size(new%displacement, 2)), trial%forces%external, new)
       if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
@@ -268,7 +263,7 @@ contains
       end if
       if (depends_on_rate(points) .and. n_again < most_again) then
         call find_coefficients(points, largest, report%contact, trial%duration, apart)
-        if (apart > settled*tolerance) then
+        if (apart > settled*trial%tolerance) then
           call give_coefficients(points, solver%contact)
           trial%placed_at = new%displacement
           n_again = n_again + 1
@@ -276,14 +271,14 @@ contains
           cycle attempts
         end if
       end if
-      call find_redundant(solver%contact, 10.0_wp*asked*maxval(abs(new%displacement)) + &
-        rounding_of_places(scene, new%displacement), report%contact)
-      call watch_inactive(scene, points, solver, asked, new, report, error)
+      call find_redundant(solver%contact, 10.0_wp*trial%goal%tolerance* &
+        maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
+      call watch_inactive(scene, points, solver, trial%goal%tolerance, new, report, error)
       if (allocated(error)) return
       if (report%ending%cause == ended_out_of_reach) return
       clock = wall_seconds()
-      report%certificate = certify_increment(scene, points, asked, report%contact, old, new, &
-        trial%forces%imposed_t, solver%own_mass)
+      report%certificate = certify_increment(scene, points, trial%goal%tolerance, &
+        report%contact, old, new, trial%forces%imposed_t, solver%own_mass)
       report%certify_time = report%certify_time + wall_seconds() - clock
       if (i > 1 .and. .not. has_converged(report)) then
         ! More than double precision gives. Where it comes close enough that is a result; where not,
@@ -300,14 +295,14 @@ contains
       if (scene%contact%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
-      tolerance = max(smallest_tolerance, tolerance*max(1.0e-4_wp, &
-        asked/worst_entry(report%certificate)))
+      trial%tolerance = max(smallest_tolerance, trial%tolerance*max(1.0e-4_wp, &
+        trial%goal%tolerance/worst_entry(report%certificate)))
       trial%placed_at = new%displacement
       before = new
       of_before = report
     end do attempts
     ! Points that still move where the certificate does not pass are why.
-    if (report%moved > 10.0_wp*asked .and. has_converged(report) .and. .not. &
+    if (report%moved > 10.0_wp*trial%goal%tolerance .and. has_converged(report) .and. .not. &
       report%certificate%certified) report%ending = ending_t(ended_moving, report%moved, &
       report%moved_point)
     if (.not. has_no_result(report)) call finish(scene, points, solver, old, trial, new, report)
@@ -351,7 +346,7 @@ contains
     if (allocated(solver%own_mass)) then
       report%energy%external_work = of_others
       report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
-        trial%of_inertia)
+        trial%in_motion%force)
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
       ! What obstacles that turn and overlaps that are pressed out do is not known by body.
       if (.not. (any(scene%obstacles%turns) .or. has_interference(scene) .or. any( &
@@ -359,8 +354,7 @@ contains
         scene, points, solver%own_mass, report%contact, strain_energies(scene, trial%free, new, &
         report%certificate%strain), old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
-      call watch_inertia(solver, trial%in_motion, trial%forces%internal - trial%of_inertia, &
-        trial%of_inertia, new)
+      call watch_inertia(solver, trial%in_motion, trial%forces%internal, new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

@@ -56,31 +56,29 @@ contains
   end function keeps_tangent
 
   !> Displacement and reactions in balance, together or each in its turn.
-  subroutine reach_balance(scene, points, solver, old, tolerance, trial, new, report, error)
+  subroutine reach_balance(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
-    real(wp), intent(in) :: tolerance                !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial
     type(state_t), intent(inout) :: new              !! as of `equilibrate`
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
 
     if (is_together(scene, solver)) then
-      call balance_together(scene, points, solver, old, tolerance, trial, new, report, error)
+      call balance_together(scene, points, solver, old, trial, new, report, error)
     else
-      call equilibrate(scene, points, solver, old, tolerance, trial, new, report, error)
+      call equilibrate(scene, points, solver, old, trial, new, report, error)
     end if
   end subroutine reach_balance
 
   !> Displacement and reactions in balance, together.
-  subroutine balance_together(scene, points, solver, old, tolerance, trial, new, report, error)
+  subroutine balance_together(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver     !! gets the contact problem there
     type(state_t), intent(in) :: old
-    real(wp), intent(in) :: tolerance                !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial            !! gets forces and placement
     type(state_t), intent(inout) :: new
     !! where to start from; the end, and which points are closed there
@@ -103,8 +101,8 @@ contains
     if (allocated(trial%placement%weights%alone)) task%began%weights%alone = &
       trial%placement%weights%alone
     task%can_move = movable(scene, solver%body%prescribed)
-    task%tolerance = tolerance
-    task%asked = trial%asked%tolerance
+    task%tolerance = trial%tolerance
+    task%asked = trial%goal%tolerance
     task%old = old
     task%stays = stay_closed(scene, points, solver%undeformed, old)
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
@@ -118,11 +116,11 @@ contains
     call find_equilibrium(scene, points, task, solver%body, new, found, report, error)
     if (allocated(error)) return
     trial%forces = found%forces
-    if (allocated(task%inertia)) trial%of_inertia = force_of_inertia(scene%mesh, task%inertia, &
-      task%in_motion, new%displacement)
+    if (allocated(task%inertia)) trial%in_motion%force = force_of_inertia(scene%mesh, &
+      task%inertia, task%in_motion, new%displacement)
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
-    slack = 10.0_wp*tolerance*maxval(abs(new%displacement)) + rounding_of_places( &
+    slack = 10.0_wp*trial%tolerance*maxval(abs(new%displacement)) + rounding_of_places( &
       scene, new%displacement)
     call condense_contact(scene, solver%choices, points, solver%body, trial%placement, &
       trial%placement, solver%contact, near_points(points, trial%placement, old, &

@@ -110,7 +110,7 @@ contains
     integer :: j
 
     loop%last_left = loop%left
-    if (loop%imbalance <= loop%tolerance) return
+    if (loop%imbalance <= trial%tolerance) return
     if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
       ! What iteration has not solved is out of balance too, but no load.
       call to_equations(solver%body%inverse%map, residual, change)

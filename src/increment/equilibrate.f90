@@ -45,12 +45,11 @@ contains
 
   !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
   !> reactions and displacement from u_free. Nothing is certified.
-  subroutine equilibrate(scene, points, solver, old, tolerance, trial, new, report, error)
+  subroutine equilibrate(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
-    real(wp), intent(in) :: tolerance                !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
     type(state_t), intent(inout) :: new
     !! gets reaction, displacement, rotation, and which points are closed
@@ -66,7 +65,7 @@ contains
     is_missed = .false.
     is_first = .true.
     inverted = 0
-    loop = begin_newton_raphson(scene, points, solver, trial, tolerance)
+    loop = begin_newton_raphson(scene, points, solver, trial)
     loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
       loop%i = loop%i + 1
@@ -97,8 +96,8 @@ contains
       if (settles_on_interface(points, solver, trial, loop)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-        if (is_missed .or. .not. are_places_settled(loop, merge(tolerance, max(roughly, &
-          tolerance), is_exact(solver%choices%precision)))) then
+        if (is_missed .or. .not. are_places_settled(loop, merge(trial%tolerance, &
+          max(roughly, trial%tolerance), is_exact(solver%choices%precision)))) then
           call lead(scene, points, solver, trial, new, loop)
           cycle newton_raphson
         end if
@@ -118,17 +117,17 @@ contains
       if (allocated(solver%body%inertia)) trial%forces%rounding = trial%forces%rounding + &
         rounding_of_inertia(solver%body%inertia, new%displacement)
       call find_residual(scene, solver%body%constraints, pressed, new%displacement, trial, &
-        tolerance < trial%asked%tolerance, residual, loop)
+        trial%tolerance < trial%goal%tolerance, residual, loop)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
-      if (trial%asked%shows_progress) call show_progress('iteration', loop%i, loop%imbalance)
+      if (trial%goal%shows_progress) call show_progress('iteration', loop%i, loop%imbalance)
       report%without_contact = maxval(abs(trial%u_free))/max(tiny(1.0_wp), &
         maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
       if (is_settled(loop, trial, new%reaction) .and. &
         .not. is_missed .and. areas_apart(scene, points, new%displacement, trial%placement) <= &
-        tolerance) then
+        trial%tolerance) then
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)
@@ -139,7 +138,7 @@ contains
         exit newton_raphson
       end if
       call lead(scene, points, solver, trial, new, loop)
-      if (solver%choices%precision%renews_tangent .and. loop%imbalance > tolerance) then
+      if (solver%choices%precision%renews_tangent .and. loop%imbalance > trial%tolerance) then
         call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
           projection=0.0_wp, modes=modes_t()), trial, report, error)
         if (allocated(error) .or. report%ending%cause == ended_indefinite) return
@@ -153,7 +152,8 @@ contains
       report%ending = ending_t(ended_inverted, element=inverted)
       return
     end if
-    if (loop%imbalance > max(tolerance, trial%asked%tolerance) .and. .not. loop%is_linear) then
+    if (loop%imbalance > max(trial%tolerance, trial%goal%tolerance) .and. .not. &
+      loop%is_linear) then
       report%ending = ending_t(ended_out_of_balance, loop%imbalance)
       return
     end if
@@ -161,7 +161,7 @@ contains
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
       call refuse_passed(scene, points, trial%placement, old, new, report)
-      if (report%ending%cause /= ended_passed .and. loop%imbalance > tolerance) call &
+      if (report%ending%cause /= ended_passed .and. loop%imbalance > trial%tolerance) call &
         leave_to_reactions(scene%mesh, points, trial%placement, residual, new%reaction)
       return
     end if
@@ -200,15 +200,15 @@ contains
     ! balance, and no part of them falls as they do.
     if (loop%is_linear) then
       is_settled = loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
-        loop%tolerance)
+        trial%tolerance)
     else
-      is_settled = loop%imbalance <= trial%asked%tolerance .and. loop%left > &
+      is_settled = loop%imbalance <= trial%goal%tolerance .and. loop%left > &
         0.9_wp*loop%last_left .and. loop%i > 10
     end if
-    is_settled = is_settled .or. loop%imbalance <= loop%tolerance
-    is_settled = is_settled .and. are_places_settled(loop, loop%tolerance)
+    is_settled = is_settled .or. loop%imbalance <= trial%tolerance
+    is_settled = is_settled .and. are_places_settled(loop, trial%tolerance)
     ! Contact was solved for what acceleration has mixed, not for the mixture.
-    is_settled = is_settled .and. loop%mixed <= loop%tolerance
+    is_settled = is_settled .and. loop%mixed <= trial%tolerance
   end function is_settled
 
 end module equilibrate_mod

@@ -48,9 +48,9 @@ contains
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, inverted)
     if (allocated(solver%body%inertia)) then
-      trial%of_inertia = force_of_inertia(scene%mesh, solver%body%inertia, trial%in_motion, &
+      trial%in_motion%force = force_of_inertia(scene%mesh, solver%body%inertia, trial%in_motion, &
         new%displacement)
-      trial%forces%internal = trial%forces%internal + trial%of_inertia
+      trial%forces%internal = trial%forces%internal + trial%in_motion%force
     end if
     call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)
   end subroutine update_forces

@@ -17,7 +17,7 @@ module jumps_mod
   use step_solver_mod, only: step_solver_t, take_tangent
   use load_step_error_mod, only: begins_with_jump, have_switched
   use path_balance_mod, only: largest_switch_energy
-  use trial_mod, only: asked_t
+  use trial_mod, only: goal_t
   use advance_mod, only: advance
   implicit none
   private
@@ -123,8 +123,8 @@ contains
       type(state_t), intent(out) :: b
       type(increment_report_t) :: report
 
-      call advance(scene, points, solver, a, next_increment(scene%steps, a, length), &
-        asked_t(solver%choices%tolerance), b, report, error)
+      call advance(scene, points, solver, a, goal_t(next_increment(scene%steps, a, length), &
+        solver%choices%tolerance), b, report, error)
       ok = .not. allocated(error)
       if (ok) ok = has_converged(report)
     end subroutine try

@@ -34,7 +34,7 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many, most_touches
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from, expected_reactions, &
+  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from, expected_reactions, &
     trend_of
   use closed_points_mod, only: may_stay_closed
   use look_ahead_mod, only: can_look_ahead, step_on_interface
@@ -466,11 +466,10 @@ contains
     type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
-    real(wp) :: answer(solver%body%inverse%map%n_interface), tolerance
+    real(wp) :: answer(solver%body%inverse%map%n_interface)
 
-    tolerance = max(solver%choices%tolerance, sharp_enough)
-    call begin_trial(scene, points, solver, from, increment, &
-      asked_t(solver%choices%tolerance), trial)
+    call begin_trial(scene, points, solver, from, goal_t(increment, solver%choices%tolerance, &
+      sharp_enough), trial)
     if (present(near)) then
       if (allocated(near%alone)) trial%placement%weights%alone = near%alone
     end if
@@ -488,11 +487,11 @@ contains
         scene, points, solver, near, trial)
     end if
     if (can_look_ahead(scene, points, solver)) then
-      call step_on_interface(scene, points, solver, increment, tolerance, trial, to, report, answer)
+      call step_on_interface(scene, points, solver, trial, to, report, answer)
     else
       to%reaction = expected_reactions(scene, points, solver, to, increment)
       call mark_end(increment, to)
-      call reach_balance(scene, points, solver, from, tolerance, trial, to, report, error)
+      call reach_balance(scene, points, solver, from, trial, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. has_converged(report)

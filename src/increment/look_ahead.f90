@@ -30,7 +30,7 @@ module look_ahead_mod
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use condensed_contact_mod, only: count_rows, neutral_motions, unpressed_motions
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: asked_t, trial_t, begin_trial, displacement_of, expected_reactions, trend_of
+  use trial_mod, only: goal_t, trial_t, begin_trial, displacement_of, expected_reactions, trend_of
   use friction_by_rate_mod, only: depends_on_rate
   use solve_reactions_mod, only: solve_reactions
   implicit none
@@ -90,12 +90,11 @@ contains
 
   !> Solve the contact of the increments that follow `old`, to the end of their *STEP, as many and
   !> for as long as allowed.
-  subroutine look_ahead(scene, points, solver, old, asked, ahead, error)
+  subroutine look_ahead(scene, points, solver, old, ahead, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
-    type(asked_t), intent(in) :: asked
     type(ahead_t), intent(inout) :: ahead
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(state_t) :: there !! an increment on; its displacement is right on the interface alone
@@ -126,9 +125,9 @@ contains
       ahead%n = ahead%n + 1
       column = column_of(increment, n_columns)
       associate (foreseen => ahead%of(ahead%n), answer => answers(:, column))
-        call begin_trial(scene, points, solver, there, increment, asked, trial)
-        call step_on_interface(scene, points, solver, increment, asked%tolerance, trial, there, &
-          foreseen%report, answer)
+        call begin_trial(scene, points, solver, there, goal_t(increment, solver%choices%tolerance, &
+          shows_progress=solver%choices%shows_progress), trial)
+        call step_on_interface(scene, points, solver, trial, there, foreseen%report, answer)
         foreseen%reaction = there%reaction
         foreseen%motion = trial%motion
         if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
@@ -175,13 +174,10 @@ contains
   end subroutine look_ahead
 
   !> One increment as far as the interface goes: its reactions and what they do there.
-  subroutine step_on_interface(scene, points, solver, increment, tolerance, trial, state, report, &
-    answer)
+  subroutine step_on_interface(scene, points, solver, trial, state, report, answer)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
-    type(increment_t), intent(in) :: increment
-    real(wp), intent(in) :: tolerance         !! residual that is asked for [-]
     type(trial_t), intent(inout) :: trial     !! of begin_trial
     type(state_t), intent(inout) :: state
     !! its beginning, then its end; of the displacement what contact sees, the rest is wrong
@@ -189,17 +185,17 @@ contains
     real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
     real(wp) :: reaction(3, points%n)
 
-    reaction = expected_reactions(scene, points, solver, state, increment)
-    call solve_reactions(scene, points, solver, state, tolerance, trial, reaction, report)
+    reaction = expected_reactions(scene, points, solver, state, trial%goal%increment)
+    call solve_reactions(scene, points, solver, state, trial%tolerance, trial, reaction, report)
     answer = answer_of_interface(solver%body%inverse, nodal_forces(points, &
       trial%placement%weights, reaction, scene%mesh%n_nodes))
     state%displacement = displacement_of(scene, solver, trial, at_interface(solver%body%inverse, &
       answer, scene%mesh%n_nodes))
-    state%trend = trend_of(increment, state%reaction, reaction)
+    state%trend = trend_of(trial%goal%increment, state%reaction, reaction)
     state%reaction = reaction
     state%rotation = trial%rotation
     if (allocated(trial%placement%weights%alone)) state%alone = trial%placement%weights%alone
-    call mark_end(increment, state)
+    call mark_end(trial%goal%increment, state)
   end subroutine step_on_interface
 
   !> The column of an increment: those of a *STEP take turns.

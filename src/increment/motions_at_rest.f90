@@ -46,10 +46,10 @@ contains
     logical :: is_led
 
     loop%idle = merge(loop%idle + 1, 0, loop%moved > 0.9_wp*loop%least_moved .and. &
-      loop%moved <= closely*loop%tolerance)
+      loop%moved <= closely*trial%tolerance)
     loop%last_moved = loop%moved
     loop%least_moved = min(loop%least_moved, loop%moved)
-    is_led = is_turned(trial, new%reaction, loop%tolerance)
+    is_led = is_turned(trial, new%reaction, trial%tolerance)
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
     if (.not. is_led) return

@@ -404,14 +404,13 @@ contains
   end function damping_by
 
   !> Velocities and accelerations at the end of the increment, and the forces that they answer.
-  subroutine end_inertia(scene, solver, old, in_motion, of_inertia, internal, pressed, external, &
-    new)
+  subroutine end_inertia(scene, solver, old, in_motion, internal, pressed, external, new)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
-    type(in_motion_t), intent(in) :: in_motion
-    real(wp), dimension(:, :), intent(in) :: of_inertia, internal, pressed, external
-    !! (3,n_nodes) of the end, what force_of_inertia says among the internal forces [force]
+    type(in_motion_t), intent(in) :: in_motion !! its force is among the internal ones
+    real(wp), dimension(:, :), intent(in) :: internal, pressed, external
+    !! (3,n_nodes) of the end [force]
     type(state_t), intent(inout) :: new    !! its displacement in
     real(wp), dimension(3, size(internal, 2)) :: momentum_rate
     logical :: has_inertia(3, size(internal, 2))
@@ -428,10 +427,10 @@ contains
       call follow_masters(solver%body%constraints, new%velocity)
       new%mean_velocity = (u - old%displacement)/inertia%dt
       new%damping_force = damping_by(scene, solver, inertia%slope*u - in_motion%earlier)
-      new%unopposed = internal - of_inertia + new%damping_force - external - pressed
+      new%unopposed = internal - in_motion%force + new%damping_force - external - pressed
       call give_to_masters(solver%body%constraints, new%unopposed)
       call clear_dependent(solver, new%unopposed)
-      momentum_rate = accelerating(solver, in_motion, of_inertia, new)
+      momentum_rate = accelerating(solver, in_motion, new)
       call give_to_masters(solver%body%constraints, momentum_rate)
       where (solver%body%prescribed) new%unopposed = (inertia%alpha*old%unopposed - &
         momentum_rate)/(1.0_wp + inertia%alpha)
@@ -439,14 +438,14 @@ contains
   end subroutine end_inertia
 
   !> Of what force_of_inertia says the mass times the accelerations at the end of the increment.
-  pure function accelerating(solver, in_motion, of_inertia, new) result(f)
+  pure function accelerating(solver, in_motion, new) result(f)
     type(step_solver_t), intent(in) :: solver
     type(in_motion_t), intent(in) :: in_motion
-    real(wp), intent(in) :: of_inertia(:, :)  !! (3,n_nodes) [force]
     type(state_t), intent(in) :: new          !! its damping force
-    real(wp) :: f(3, size(of_inertia, 2))     !! [force]
+    real(wp) :: f(3, size(in_motion%force, 2)) !! [force]
 
-    f = (1.0_wp + solver%body%inertia%alpha)*(of_inertia + in_motion%left_over - new%damping_force)
+    f = (1.0_wp + solver%body%inertia%alpha)*(in_motion%force + in_motion%left_over - &
+      new%damping_force)
   end function accelerating
 
   !> How far an increment is from the motion between its ends, beside the energy of the bodies: with
@@ -479,11 +478,10 @@ contains
   end function given
 
   !> Keep how large the forces of inertia get in a *STEP, beside the others.
-  pure subroutine watch_inertia(solver, in_motion, internal, of_inertia, new)
+  pure subroutine watch_inertia(solver, in_motion, internal, new)
     type(step_solver_t), intent(in) :: solver
     type(in_motion_t), intent(in) :: in_motion
-    real(wp), intent(in) :: internal(:, :)   !! (3,n_nodes) of strains [force]
-    real(wp), intent(in) :: of_inertia(:, :) !! (3,n_nodes) as of force_of_inertia [force]
+    real(wp), intent(in) :: internal(:, :)   !! (3,n_nodes) with those of inertia [force]
     type(state_t), intent(inout) :: new
 
     if (new%increment == 1) then
@@ -491,8 +489,9 @@ contains
       new%most_force = 0.0_wp
     end if
     new%most_inertia = max(new%most_inertia, maxval(abs(accelerating(solver, in_motion, &
-      of_inertia, new))))
-    new%most_force = max(new%most_force, maxval(abs(internal)), maxval(abs(new%external_force)), &
+      new))))
+    new%most_force = max(new%most_force, maxval(abs(internal - in_motion%force)), &
+      maxval(abs(new%external_force)), &
       maxval(abs(new%support_force)))
   end subroutine watch_inertia
 

@@ -40,7 +40,6 @@ module place_and_solve_mod
   !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
   type :: newton_raphson_t
     integer :: i = 0                      !! iteration
-    real(wp) :: tolerance                 !! residual that is asked for [-]
     logical :: is_linear = .true.         !! internal forces are
     type(placement_t) :: undeformed
     !! of the undeformed mesh, before obstacles as they stand; where bodies turn the placement
@@ -73,15 +72,12 @@ module place_and_solve_mod
 contains
 
   !> The loop before its first iteration.
-  type(newton_raphson_t) function begin_newton_raphson(scene, points, solver, trial, tolerance) &
-    result(loop)
+  type(newton_raphson_t) function begin_newton_raphson(scene, points, solver, trial) result(loop)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(trial_t), intent(in) :: trial
-    real(wp), intent(in) :: tolerance !! residual that is asked for [-]
 
-    loop%tolerance = tolerance
     allocate (loop%near, source=points%in_reach)
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
     loop%is_linear = is_linear(scene)
@@ -91,7 +87,8 @@ contains
       if (.not. solver%choices%precision%renews_tangent .or. allocated(trial%turned_from) .or. &
         any_follows(solver%response%loads)) loop%depth = depth
     end if
-    loop%follow = begin_following(scene, points, max(tolerance, trial%asked%tolerance))
+    loop%follow = begin_following(scene, points, max(trial%tolerance, &
+      trial%goal%tolerance))
     allocate (loop%led(solver%body%motions%n), source=0.0_wp)
   end function begin_newton_raphson
 
@@ -156,7 +153,7 @@ contains
     ! Motions are about where the bodies are: what these see of them is exact there alone.
     if (loop%follow%with_bodies) loop%undeformed = trial%placement
     call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
-    loop%slack = 10.0_wp*loop%tolerance*maxval(abs(trial%placed_at)) + &
+    loop%slack = 10.0_wp*trial%tolerance*maxval(abs(trial%placed_at)) + &
       rounding_of_places(scene, trial%placed_at)
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
       loop%slack)
@@ -210,7 +207,7 @@ contains
 
     ! Where placements or displacements are followed, ten times sharper than asked for as far as
     ! that is within reach: what reactions leave open no placement can settle.
-    tolerance = loop%tolerance
+    tolerance = trial%tolerance
     if (size(loop%follow%node) > 0 .or. loop%follow%with_bodies) tolerance = min(tolerance, &
       max(sharpest, 0.1_wp*tolerance))
     reaction = new%reaction

@@ -28,7 +28,7 @@ module shadow_run_mod
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t
   use stability_mod, only: stability_t, find_stability, is_hint
-  use trial_mod, only: asked_t, trial_t, set_gaps, begin_trial, begin_from
+  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from
   use turned_bodies_mod, only: condense_flat
   use equilibrate_mod, only: equilibrate
   implicit none
@@ -261,9 +261,9 @@ contains
     state = new
     if (is_same) return
     call set_gaps(scene, points, increment, now, solver)
-    call begin_trial(scene, now, solver, old, increment, asked_t(solver%choices%tolerance), trial)
-    call equilibrate(scene, now, solver, old, max(solver%choices%tolerance, sharp_enough), trial, &
-      state, report, error)
+    call begin_trial(scene, now, solver, old, goal_t(increment, solver%choices%tolerance, &
+      sharp_enough), trial)
+    call equilibrate(scene, now, solver, old, trial, state, report, error)
     if (allocated(error) .or. .not. has_converged(report)) state = new
   end subroutine follow_linearly
 
@@ -304,15 +304,14 @@ contains
     type(state_t) :: start, to
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
-    real(wp) :: tolerance
     integer :: i
 
     call follow_turns(scene%mesh, state%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, state%displacement), solver%body%motions, ok)
     if (.not. ok) return
     call set_gaps(scene, points, increment, now, solver)
-    call begin_trial(scene, now, solver, state, increment, asked_t(solver%choices%tolerance), trial)
-    tolerance = max(least, min(0.1_wp, part*apart(points, old%reaction, &
+    call begin_trial(scene, now, solver, state, goal_t(increment, solver%choices%tolerance), trial)
+    trial%tolerance = max(least, min(0.1_wp, part*apart(points, old%reaction, &
       old%strain_energy, state)))
     trial%most_iterations = most_iterations
     to = state
@@ -332,7 +331,7 @@ contains
       call begin_from(scene, now, solver, start, trial)
       to%reaction = start%reaction
     end if
-    call equilibrate(scene, now, solver, state, tolerance, trial, to, report, error)
+    call equilibrate(scene, now, solver, state, trial, to, report, error)
     ok = .not. allocated(error)
     if (ok) ok = has_converged(report) .or. (report%ending%cause == ended_out_of_balance .and. &
       report%imbalance <= tenth*apart(points, new%reaction, new%strain_energy, to))

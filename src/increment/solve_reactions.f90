@@ -64,7 +64,7 @@ contains
     clock = wall_seconds()
     controls = scene%contact
     controls%tolerance = tolerance
-    controls%shows_progress = trial%asked%shows_progress
+    controls%shows_progress = trial%goal%shows_progress
     controls%factorises = trial%factorises
     start = reaction
     reaction = 0.0_wp
@@ -151,7 +151,7 @@ contains
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_for_least(trial%asked%tolerance, group, controls, x_free, drift, r, gaps, &
+        call solve_for_least(trial%goal%tolerance, group, controls, x_free, drift, r, gaps, &
           of_group)
       end if
       if (size(group%motion) > 0) then

@@ -26,20 +26,23 @@ module trial_mod
   implicit none
   private
 
-  public :: asked_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+  public :: goal_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     apply_reactions, loads_on_motions, displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
-  !> What is asked of an increment.
-  type :: asked_t
+  !> What an increment is to come to.
+  type :: goal_t
+    type(increment_t) :: increment
     real(wp) :: tolerance               !! of contact [-]
+    real(wp) :: sharp_enough = 0.0_wp   !! residual of what only an estimate needs; 0: another [-]
     logical :: shows_progress = .false. !! iterations, on a terminal
-  end type asked_t
+  end type goal_t
 
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
-    type(asked_t) :: asked
+    type(goal_t) :: goal
+    real(wp) :: tolerance = 0.0_wp  !! residual that is asked for in this attempt [-]
     logical :: factorises = .false. !! Newton's systems, since GMRES has not done one
     integer :: most_iterations = 40 !! of Newton-Raphson
     real(wp) :: duration = 0.0_wp !! of the increment [time]
@@ -48,9 +51,7 @@ module trial_mod
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
-    type(in_motion_t), allocatable :: in_motion !! of a dynamic *STEP
-    real(wp), allocatable :: of_inertia(:, :)
-    !! (3,n_nodes) of that the forces, among the internal ones [force]
+    type(in_motion_t), allocatable :: in_motion !! of a dynamic *STEP; not allocated in statics
     real(wp), allocatable :: free(:)
     !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
@@ -108,44 +109,46 @@ contains
   end subroutine set_gaps
 
   !> The loads of an increment, and the displacement under them without contact.
-  subroutine begin_trial(scene, points, solver, old, increment, asked, trial, inertia)
+  subroutine begin_trial(scene, points, solver, old, goal, trial, inertia)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(asked_t), intent(in) :: asked
+    type(goal_t), intent(in) :: goal
     type(trial_t), intent(out) :: trial
     type(by_inertia_t), intent(in), optional :: inertia !! of a dynamic *STEP
     integer :: i
 
-    call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
-      trial%u_free, trial%forces%external, trial%summed_loads)
-    if (present(inertia)) then
-      trial%in_motion = inertia%in_motion
-      if (allocated(inertia%u)) trial%u_free = trial%u_free + inertia%u
-      if (allocated(inertia%begun)) trial%begun = inertia%begun
-    end if
-    call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
-      old%displacement, trial%forces%imposed_t)
-    allocate (trial%free(scene%mesh%n_elements))
-    call find_free_strain(scene, increment%step, increment%position, trial%free)
-    trial%forces%of_elements%largest = forces_of_heat(scene, trial%free)
-    trial%duration = (increment%fraction - increment%begin)*scene%steps(increment%step)%period
-    trial%forces%prescribed = solver%body%prescribed
-    trial%forces%constraints = scene%constraints
-    if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)
-    trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
-    trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
-      increment%step_time)
+    trial%goal = goal
+    trial%tolerance = max(goal%tolerance, goal%sharp_enough)
+    associate (increment => goal%increment)
+      call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
+        trial%u_free, trial%forces%external, trial%summed_loads)
+      if (present(inertia)) then
+        trial%in_motion = inertia%in_motion
+        if (allocated(inertia%u)) trial%u_free = trial%u_free + inertia%u
+        if (allocated(inertia%begun)) trial%begun = inertia%begun
+      end if
+      call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
+        old%displacement, trial%forces%imposed_t)
+      allocate (trial%free(scene%mesh%n_elements))
+      call find_free_strain(scene, increment%step, increment%position, trial%free)
+      trial%forces%of_elements%largest = forces_of_heat(scene, trial%free)
+      trial%duration = (increment%fraction - increment%begin)*scene%steps(increment%step)%period
+      trial%forces%prescribed = solver%body%prescribed
+      trial%forces%constraints = scene%constraints
+      if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)
+      trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
+      trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
+        increment%step_time)
+    end associate
     allocate (trial%forces%internal, mold=old%displacement)
-    trial%asked = asked
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
     if (solver%body%motions%n > 0 .and. .not. is_linear(scene)) trial%support_force = &
       old%support_force
-    call carry_over(scene, points, solver, old, increment, trial)
+    call carry_over(scene, points, solver, old, goal%increment, trial)
     ! Obstacles are where they will be, nodes where they were.
     trial%placed_at = old%displacement
     where (trial%forces%prescribed) trial%placed_at = trial%u_free

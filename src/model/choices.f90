@@ -16,6 +16,7 @@ module choices_mod
     !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
     integer :: runs_before = 0        !! of the process, with other meshes or divisions
     real(wp) :: tolerance = 0.0_wp    !! of contact; follows the errors of each *STEP [-]
+    logical :: shows_progress = .false. !! iterations, on a terminal: of the first increment
     integer :: compliance = compliance_auto !! of the contact rows; once planned no longer AUTO
     type(precision_controls_t) :: precision !! becomes double where single does not do
   end type choices_t

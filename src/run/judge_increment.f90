@@ -44,10 +44,10 @@ module judge_increment_mod
   use checkpoint_mod, only: progress_t, start_shadows
   use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
     measure_stress, bound_theory
-  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_inside, refuse_folded_through, refuse_inverted, refuse_deep_overlap, refuse_folded, &
-    refuse_lost_energy, refuse_gained_energy, refuse_lost_law, refuse_unstable, refuse_jump, &
-    unstable_in_words, nearest_in_words, meshes_that_buckle
+  use refuse_unsolved_mod, only: hint_t, refuse_unsolved, refuse_missed_contact, &
+    refuse_unfelt_overlap, refuse_inside, refuse_folded_through, refuse_inverted, &
+    refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_gained_energy, refuse_lost_law, &
+    refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
@@ -68,9 +68,7 @@ module judge_increment_mod
     type(entries_t) :: entries !! of obstacles into faces, where it is solved
     logical :: found = .false. !! there is such an increment: the run is not complete
     type(followed_cycle_t) :: cycle !! of loads, where it is solved
-    real(wp) :: met_tolerance = 0.0_wp
-    !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
-    integer :: in_parts = 0 !! equal ones in which it was solved, where it was not whole; 0: in none
+    type(hint_t) :: hint !! where it is not solved
   end type solved_t
 
   !> What is watched from increment to increment, for notes alone.
@@ -118,7 +116,7 @@ contains
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
-        solver%body%inverse%condition, solved%met_tolerance, solved%in_parts, error)
+        solver%body%inverse%condition, solved%hint, error)
       is_dynamic = scene%steps(increment%step)%is_dynamic
       if (allocated(error) .and. .not. is_dynamic) call explain_by_instability(scene, plan, &
         solver, progress, solved, error)

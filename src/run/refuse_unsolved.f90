@@ -8,7 +8,7 @@ module refuse_unsolved_mod
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, solver_auto, &
+  use controls_mod, only: local_uzawa, solver_sweeps, solver_auto, &
     precision_in_words, is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
@@ -35,7 +35,7 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
+  public :: hint_t, refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_gained_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
@@ -46,6 +46,12 @@ module refuse_unsolved_mod
   ! 7e6 and 7e9 [-]
   real(wp), parameter :: far_off = 1.0e3_wp
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
+
+  !> With what an increment was solved that was not solved as it was asked for.
+  type :: hint_t
+    real(wp) :: tolerance = 0.0_wp !! 0: with none that was tried [-]
+    integer :: parts = 0           !! as many equal ones; 0: in none
+  end type hint_t
 
 contains
 
@@ -99,16 +105,14 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, choices, increment, report, condition, met, in_parts, &
-    error)
+  subroutine refuse_unsolved(scene, plan, choices, increment, report, condition, hint, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(choices_t), intent(in) :: choices !! as they are now
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
-    real(wp), intent(in) :: met       !! tolerance with which it was solved, 0: with none [-]
-    integer, intent(in) :: in_parts   !! in how many it was solved, 0: in none
+    type(hint_t), intent(in) :: hint
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: words
     integer(i8) :: bytes
@@ -118,9 +122,9 @@ contains
     case (ended_unbalanced)
       words = 'nothing balances the loads along '//report%ending%motions//new_line('a')//'  '// &
         what_would_balance()
-      if (in_parts > 0) words = 'no balance of the loads along '// &
+      if (hint%parts > 0) words = 'no balance of the loads along '// &
         report%ending%motions//' was found in one increment, but in '// &
-        to_text(in_parts)//' parts of it: use smaller increments, or leave out DIRECT'
+        to_text(hint%parts)//' parts of it: use smaller increments, or leave out DIRECT'
     case (ended_passed)
       words = passed()
     case (ended_inverted)
@@ -147,8 +151,8 @@ contains
     case default
       words = unreached()
     end select
-    if (met > 0.0_wp) words = words//'; with a tolerance of '//to_text(met, 2)// &
-      ' this increment is solved, and those after it were not tried'
+    if (hint%tolerance > 0.0_wp) words = words//'; with a tolerance of '// &
+      to_text(hint%tolerance, 2)//' this increment is solved, and those after it were not tried'
     if (report%ending%cause /= ended_unbalanced) then
       if (choices%precision%iterative) then
         words = words//'; bodies were solved for by iteration: TYPE=FACTOR of *BODY SOLVER has '// &

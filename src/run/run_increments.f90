@@ -46,7 +46,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(watch_t) :: watch
     type(solved_t) :: solved
-    logical :: shows_progress
     integer :: n_tangents
     type(note_t), allocatable :: notes(:)
     character(:), allocatable :: missed !! accuracy, and by what
@@ -61,10 +60,9 @@ contains
       solver%choices%tolerance = progress%tolerance
       allocate (notes(0))
       n_tangents = solver%on_tangents%n_factorisations
-      ! Iterations are shown of the first increment.
-      shows_progress = console%terminal .and. .not. console%headed
-      call solve_next(scene, plan, shows_progress, solver, progress, watch, solved, notes, error)
-      if (shows_progress) call clear_bar(console)
+      solver%choices%shows_progress = console%terminal .and. .not. console%headed
+      call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
+      if (solver%choices%shows_progress) call clear_bar(console)
       solved%report%tangents = solved%report%tangents + solver%on_tangents%n_factorisations - &
         n_tangents
       call print_notes(console, notes)

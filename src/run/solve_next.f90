@@ -17,7 +17,7 @@ module solve_next_mod
   use linearisation_mod, only: invalidate
   use step_solver_mod, only: step_solver_t, place_first, widen_interface, take_tangent
   use balance_together_mod, only: is_together, keeps_tangent
-  use trial_mod, only: asked_t
+  use trial_mod, only: goal_t
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
@@ -63,11 +63,10 @@ contains
   !> Within one try `advance` asks for a smaller residual where the certificate does, begins without
   !> extrapolation, and with all points in reach, where these lead nowhere. Which test needs what:
   !> docs/developers.md.
-  subroutine solve_next(scene, plan, shows_progress, solver, progress, watch, solved, notes, error)
+  subroutine solve_next(scene, plan, solver, progress, watch, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     !! revised where a point gets further than it says, or for a factor in double precision
-    logical, intent(in) :: shows_progress        !! iterations, on a terminal
     type(step_solver_t), intent(inout) :: solver !! its precision, where single does not do
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
     type(watch_t), intent(in) :: watch
@@ -80,9 +79,7 @@ contains
     logical :: passes !! an obstacle does, a point or a face
     integer, parameter :: most_tries = 100 !! parts, tangents, precisions: more than there are
     integer :: tries
-    type(asked_t) :: asked
 
-    asked = asked_t(solver%choices%tolerance, shows_progress)
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
       solved%found = increment%index > 0
@@ -103,7 +100,7 @@ contains
         call choose_increment(scene, plan%points, solver, progress%state, progress%cycles, &
           progress%size, increment, is_plain)
         call set_extra_gap(scene, increment%step, increment%position, plan%points)
-        call advance_or_widen(scene, plan, asked, solver, progress, is_plain, solved, notes, error)
+        call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
         call try_double(is_another, solved%report)
         if (allocated(error)) return
         if (is_another) cycle
@@ -113,7 +110,7 @@ contains
         call note_sizes(solver, progress%tally)
         passes = solved%report%ending%cause == ended_passed
         if (is_solved(scene, solved%report)) then
-          call look_between_ends(scene, plan, asked%tolerance, watch, progress, solved)
+          call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
           passes = solved%entries%passed%depth > 0.0_wp
           if (.not. passes) then
             call follow_time(scene, plan, progress, solved, notes, is_another)
@@ -179,16 +176,25 @@ contains
 
     !> What the deck keeps whole, from where its parts lead; else the tolerance that it would meet.
     subroutine try_whole()
-      call start_from_parts(scene, plan, asked, solver, progress%state, solved)
+      call start_from_parts(scene, plan, solver, progress%state, solved)
       if (is_solved(scene, solved%report)) then
-        call look_between_ends(scene, plan, asked%tolerance, watch, progress, solved)
+        call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
         call note_started(solved%increment, notes)
       else
-        call try_tolerance(scene, plan, asked, solver, progress%state, solved)
+        call try_tolerance(scene, plan, solver, progress%state, solved)
       end if
     end subroutine try_whole
 
   end subroutine solve_next
+
+  !> The end of an increment, as the run is to come to it.
+  pure type(goal_t) function goal_of(solver, increment) result(goal)
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment
+
+    goal = goal_t(increment, solver%choices%tolerance, &
+      shows_progress=solver%choices%shows_progress)
+  end function goal_of
 
   !> The sides that surfaces which touch themselves have where the increment begins.
   subroutine follow_own_sides(scene, points, step, solver, progress)
@@ -362,10 +368,9 @@ contains
   !>
   !> Where much slides or turns in one increment, contact placed where it begins may have no
   !> solution that is near. That of its parts is of another way, but near: a start, and no more.
-  subroutine start_from_parts(scene, plan, asked, solver, old, solved)
+  subroutine start_from_parts(scene, plan, solver, old, solved)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(asked_t), intent(in) :: asked
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(solved_t), intent(inout) :: solved  !! not solved; replaced where it is
@@ -390,8 +395,8 @@ contains
       length = left/2
       reached = old
       do while (left > 0)
-        call advance(scene, plan%points, solver, reached, next_increment(scene%steps, reached, &
-          min(length, left)), asked, part%state, part%report, failure)
+        call advance(scene, plan%points, solver, reached, goal_of(solver, next_increment( &
+          scene%steps, reached, min(length, left))), part%state, part%report, failure)
         if (allocated(failure)) return
         is_done = is_solved(scene, part%report)
         if (is_kept) then
@@ -414,14 +419,15 @@ contains
           return
         end if
       end do
-      solved%in_parts = int((increment%position - increment%start - 1)/length) + 1
+      solved%hint%parts = int((increment%position - increment%start - 1)/length) + 1
       if (is_kept) then
         ! Of where the solution is: slender bodies that turn in an increment want no other.
         call keep_tangent(reached)
         call take_tangent(scene, plan%points, reached, solver, is_taken, failure)
         if (allocated(failure)) return
       end if
-      call advance_from(scene, plan%points, solver, old, increment, asked, reached, report, failure)
+      call advance_from(scene, plan%points, solver, old, goal_of(solver, increment), reached, &
+        report, failure)
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return
       ! The parts have numbered their tangents as increments to come.
@@ -434,24 +440,23 @@ contains
   end subroutine start_from_parts
 
   !> Whether the increment is solved with the tolerance that it seems to meet.
-  subroutine try_tolerance(scene, plan, asked, solver, old, solved)
+  subroutine try_tolerance(scene, plan, solver, old, solved)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(asked_t), intent(in) :: asked
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(solved_t), intent(inout) :: solved    !! gets the tolerance, if it is
     type(state_t) :: state
     type(increment_report_t) :: report
     type(error_t), allocatable :: failure
-    real(wp) :: next
+    type(goal_t) :: goal
 
-    next = next_tolerance(solved%report, asked%tolerance)
-    if (.not. next > 0.0_wp) return
-    call advance(scene, plan%points, solver, old, solved%increment, asked_t(next, &
-      asked%shows_progress), state, report, failure)
+    goal = goal_of(solver, solved%increment)
+    goal%tolerance = next_tolerance(solved%report, solver%choices%tolerance)
+    if (.not. goal%tolerance > 0.0_wp) return
+    call advance(scene, plan%points, solver, old, goal, state, report, failure)
     if (allocated(failure)) return
-    if (is_solved(scene, report)) solved%met_tolerance = next
+    if (is_solved(scene, report)) solved%hint%tolerance = goal%tolerance
   end subroutine try_tolerance
 
   !> Whether something is not solved that a factor in double precision may solve.
@@ -495,10 +500,9 @@ contains
 
   !> Advance by one increment; once more, with every slave node a candidate, where a node went
   !> further than the plan had it go.
-  subroutine advance_or_widen(scene, plan, asked, solver, progress, is_plain, solved, notes, error)
+  subroutine advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    type(asked_t), intent(in) :: asked
     type(step_solver_t), intent(inout) :: solver
     type(progress_t), intent(inout) :: progress
     logical, intent(in) :: is_plain
@@ -527,12 +531,12 @@ contains
     !> Ahead of increments that may yet be cut nobody looks.
     subroutine advance_once()
       if (is_plain) then
-        call advance_along(scene, plan%points, solver, progress%state, asked, progress%ahead, &
+        call advance_along(scene, plan%points, solver, progress%state, progress%ahead, &
           solved%state, solved%report, error)
       else
         call forget(progress%ahead)
-        call advance(scene, plan%points, solver, progress%state, solved%increment, asked, &
-          solved%state, solved%report, error)
+        call advance(scene, plan%points, solver, progress%state, goal_of(solver, &
+          solved%increment), solved%state, solved%report, error)
       end if
     end subroutine advance_once
 

@@ -18,7 +18,7 @@ module block_scene
   use step_loads_mod, only: prescribed_dofs
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
-  use trial_mod, only: asked_t
+  use trial_mod, only: goal_t
   use advance_mod, only: advance
   use sample_meshes, only: nodes_of_faces
   implicit none
@@ -182,8 +182,8 @@ contains
       call prepare_step(scene, increment%step, run%state, run%solver, run%work, run%error)
       if (allocated(run%error)) return
     end if
-    call advance(scene, run%plan%points, run%solver, run%state, increment, &
-      asked_t(run%solver%choices%tolerance), new, run%report, run%error)
+    call advance(scene, run%plan%points, run%solver, run%state, goal_t(increment, &
+      run%solver%choices%tolerance), new, run%report, run%error)
     if (.not. allocated(run%error)) run%state = new
   end subroutine next_step
 
