@@ -4,7 +4,7 @@ program bipot
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds_mod, only: i8
   use errors_mod, only: error_t, exit_ok
-  use libc_mod, only: c_exit
+  use libc_mod, only: c_exit, c_exit_at_once
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: blas_core_name, blas_version, choose_blas_core, check_blas_room
@@ -47,8 +47,11 @@ program bipot
     exit_status = error%exit_status
   end if
   call end_ranks(exit_status)
-  ! Fortran 2008 takes no variable behind STOP.
-  call c_exit(int(exit_status, c_int))
+  ! Fortran 2008 takes no variable behind STOP. A thread of OpenBLAS without room for its buffer asks
+  ! for ever: an ordinary end would wait for it.
+  call check_blas_room(error)
+  if (.not. allocated(error)) call c_exit(int(exit_status, c_int))
+  call c_exit_at_once(int(exit_status, c_int))
 
 contains
 

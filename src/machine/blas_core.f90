@@ -79,11 +79,14 @@ contains
   !> before it has joined the others it is a process like any.
   subroutine choose_blas_core()
     character(:), allocatable :: core
+    type(error_t), allocatable :: no_room
     logical :: worked
 
     if (.not. threads_are_given()) then
       call use_threads(1)
-      call end_threads()
+      ! A thread without room for its buffer asks for ever: nobody may wait for its end.
+      call check_blas_room(no_room)
+      if (.not. allocated(no_room)) call end_threads()
     end if
     core = blas_core_name()
     if (core == '') return
