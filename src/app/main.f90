@@ -47,8 +47,8 @@ program bipot
     exit_status = error%exit_status
   end if
   call end_ranks(exit_status)
-  ! Fortran 2008 takes no variable behind STOP. A thread of OpenBLAS without room for its buffer asks
-  ! for ever: an ordinary end would wait for it.
+  ! Fortran 2008 takes no variable behind STOP. A thread of OpenBLAS without room for its buffer
+  ! asks for ever: an ordinary end would wait for it.
   call check_blas_room(error)
   if (.not. allocated(error)) call c_exit(int(exit_status, c_int))
   call c_exit_at_once(int(exit_status, c_int))

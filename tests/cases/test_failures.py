@@ -31,6 +31,7 @@ DECK = INPUT / "block.inp"
 SETTINGS = ["--set", "steps=5", "--set", "n=3"]
 INCREMENTS = 5
 PATIENCE = 600  # with a program that hangs [s]
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 MACHINE = 3  # the exit status
 MEGABYTE = 1000000
 NOBODY = 65534
@@ -405,7 +406,9 @@ class Memory(Failures):
         """Whether the program and its libraries can be loaded with so many addresses."""
         return subprocess.run(
             [PROGRAM, "--version"],
-            capture_output=True, check=False,
+            capture_output=True, check=False, timeout=PATIENCE,
+            # OpenBLAS makes threads as it is loaded, where nothing keeps it from that.
+            env={k: v for k, v in os.environ.items() if k not in THREADS},
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
         ).returncode == 0
 
