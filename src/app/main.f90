@@ -23,12 +23,13 @@ program bipot
   implicit none
 
   type(options_t) :: options
-  type(error_t), allocatable :: error
+  type(error_t), allocatable :: error, no_room
   integer :: exit_status
 
   call open_standard_streams()
   call meet_runtime_failures()
   call choose_blas_core()
+  call check_blas_room(no_room)
   exit_status = exit_ok
   call start_ranks(error)
   if (.not. allocated(error)) then
@@ -49,8 +50,7 @@ program bipot
   call end_ranks(exit_status)
   ! Fortran 2008 takes no variable behind STOP. A thread of OpenBLAS without room for its buffer
   ! asks for ever: an ordinary end would wait for it.
-  call check_blas_room(error)
-  if (.not. allocated(error)) call c_exit(int(exit_status, c_int))
+  if (.not. allocated(no_room)) call c_exit(int(exit_status, c_int))
   call c_exit_at_once(int(exit_status, c_int))
 
 contains

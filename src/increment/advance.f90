@@ -18,13 +18,13 @@ module advance_mod
   use turning_couplings_mod, only: has_turning, end_turns, moments_on_constraints, &
     turned_constraints, work_of_turns
   use scene_mod, only: scene_t, master_name
-  use controls_mod, only: stop_at_change
+  use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: next_increment, mark_end, duration_of
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ending_t, has_converged, worst_entry, &
     ended_well, ended_unbalanced, ended_moving, ended_out_of_reach, ended_passed, ended_inverted, &
-    ended_out_of_balance, ended_indefinite
+    ended_stalled, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
   use own_inertia_mod, only: balance_in_time, balance_bodies, keep_strains
   use certify_increment_mod, only: certify_increment
@@ -235,6 +235,12 @@ contains
         report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
+        if (i > 1) then
+          ! What converged before, and was not certified, stands.
+          new = before
+          report = of_before
+          exit attempts
+        end if
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
           old, new, report%contact)
@@ -280,6 +286,9 @@ contains
       report%certificate = certify_increment(scene, points, trial%goal%tolerance, &
         report%contact, old, new, trial%forces%imposed_t, solver%own_mass)
       report%certify_time = report%certify_time + wall_seconds() - clock
+      ! Where no solver gets any further the certificate judges what the best of them found.
+      if (report%certificate%certified .and. report%ending%cause == ended_stalled .and. &
+        scene%contact%solver == solver_auto) report%ending = ending_t(ended_well)
       if (i > 1 .and. .not. has_converged(report)) then
         ! More than double precision gives. Where it comes close enough that is a result; where not,
         ! what converged before, and was not certified, stands.

@@ -6,7 +6,8 @@ module place_and_solve_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use increment_report_mod, only: increment_report_t, has_converged
+  use increment_report_mod, only: increment_report_t, ending_t, has_converged, ended_well, &
+    ended_unbalanced
   use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
@@ -213,7 +214,7 @@ contains
     reaction = new%reaction
     motion = trial%motion
     call take_deformed_areas(scene, points, new%displacement, trial%placement)
-    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
+    call solve_here()
     if (has_converged(report)) return
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
       allocated(solver%contact%presses)) return
@@ -224,7 +225,18 @@ contains
     trial%motion = motion
     call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
-    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
+    call solve_here()
+
+  contains
+
+    !> The reactions; where they are as sharp as asked for they are a result, though no sharper.
+    subroutine solve_here()
+      call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
+      if (has_converged(report) .or. report%ending%cause == ended_unbalanced) return
+      if (tolerance < trial%tolerance .and. report%residual <= trial%tolerance) report%ending = &
+        ending_t(ended_well)
+    end subroutine solve_here
+
   end subroutine find_reactions
 
   !> The points that may touch, before anything is solved: by where they are, and by where the loads

@@ -285,16 +285,20 @@ class Builder:
         draw = self.rng.random()
         if draw < 0.12:
             scene.controls["SOLVER"] = "GLOBAL NEWTON"
+            if self.chance(0.4):  # numbers that are drawn for nothing: seeds keep their decks
+                self.pick("DIRECT", "GMRES")
         elif draw < 0.24:
             scene.controls["SOLVER"] = "SWEEPS"
             scene.controls["LOCAL"] = self.pick("EXACT", "NEWTON", "NEWTON6")
             scene.controls["FORMULATION"] = self.pick("BIPOTENTIAL", "PSEUDOPOTENTIAL")
+            self.chance(0.3)
         if self.chance(0.15):
             scene.controls["TOLERANCE"] = self.pick(1e-6, 1e-10, 1e-9)
         if self.chance(0.3):
             scene.precision["FACTOR"] = self.pick("SINGLE", "SINGLE", "DOUBLE")
         if self.chance(0.12):
             scene.precision["BLOCK LOW RANK"] = self.pick(1e-5, 1e-3)
+        self.chance(0.12)
         if self.chance(0.03):
             scene.precision["OUT OF CORE"] = "YES"
 
