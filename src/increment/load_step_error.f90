@@ -293,8 +293,8 @@ contains
         call place_state(scene, points, solver%undeformed, new, placement)
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
-        change = resultant_change(points, other%reaction, new%reaction, sum(force_rounding( &
-          scene%mesh, scene%materials, max(abs(old%displacement), abs(new%displacement)))))
+        change = resultant_change(points, other%reaction, new%reaction, force_rounding( &
+          scene%mesh, scene%materials, max(abs(old%displacement), abs(new%displacement))))
       end if
     end function change
 
@@ -521,23 +521,23 @@ contains
   pure function resultant_change(points, one, other, rounding) result(change)
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n_points) reactions in x, y, z [force]
-    real(wp), intent(in), optional :: rounding     !! resultants up to which are none [force]
-    real(wp) :: change                             !! 0 where there are no forces [-]
-    real(wp) :: largest
+    real(wp), intent(in), optional :: rounding(:)  !! (n_nodes) of nodal forces [force]
+    real(wp) :: change                             !! 0 where there are no forces but rounding [-]
+    real(wp) :: largest, of_slaves
     integer :: i
 
     change = 0.0_wp
     largest = 0.0_wp
+    of_slaves = 0.0_wp
     do i = 1, size(points%first) - 1
       associate (a => points%first(i), b => points%first(i + 1) - 1)
         change = max(change, norm2(sum(one(:, a:b) - other(:, a:b), dim=2)))
         largest = max(largest, norm2(sum(one(:, a:b), dim=2)), norm2(sum(other(:, a:b), dim=2)))
+        if (present(rounding)) of_slaves = max(of_slaves, sum(rounding(points%node(a:b))))
       end associate
     end do
     if (largest > 0.0_wp) change = change/largest
-    if (present(rounding)) then
-      if (largest <= rounding) change = 0.0_wp
-    end if
+    if (largest <= of_slaves) change = 0.0_wp
   end function resultant_change
 
 end module load_step_error_mod
