@@ -24,8 +24,8 @@ module convergence_mod
   !! the highest that any part of an error has in the size of elements, and of increments, each of
   !! which has one direction of slip
   real(wp), parameter :: safety = 1.4_wp, safety_of_two = 3.0_wp
-  !! of an error with three meshes and with two: Roache's index has 1.25 and 3, and 1.25 told one of
-  !! twenty errors of random scenes too small [-]
+  !! of an error with three meshes and with two: Roache's index has 1.25 and 3; with 1.25 one
+  !! of twenty errors of random scenes was estimated too small [-]
   real(wp), parameter :: about_twice = 1.9_wp
   !! a size over another that is distant enough: twice, but for whole numbers of elements [-]
 

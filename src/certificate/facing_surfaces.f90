@@ -264,7 +264,7 @@ contains
     type(rows_t), intent(in) :: rows
     logical :: may(size(sides%x, 2))
     real(wp), parameter :: turned = 0.2_wp
-    !! of a unit normal: more than what it turns by before it is no longer that of the mesh [-]
+    !! of a unit normal: twice the 6 degrees within which the program's is that of the mesh [-]
     real(wp) :: normal(3, size(may))
     logical :: is_followed(size(points%freedom%is_bound)) !! the master, or a node that leads it
     integer :: i, c

@@ -38,9 +38,9 @@ contains
 
     pressed = nodal_forces(points, trial%placement%weights, new%reaction, size(pressed, 2))
     change = change_of_force(points, trial, new%reaction)
-    if (allocated(trial%begun) .or. any(abs(change) > 0.0_wp)) then
+    if (allocated(trial%on_interface) .or. any(abs(change) > 0.0_wp)) then
       ! Of the change alone: what an inexact factor makes of it gets less and less.
-      call finish_inverse(solver%body%inverse, change, trial%begun, correction, error)
+      call finish_inverse(solver%body%inverse, change, trial%on_interface, correction, error)
       if (allocated(error)) return
       trial%u_contact = trial%u_contact + correction
       trial%applied_reaction = new%reaction
@@ -122,7 +122,7 @@ contains
     end if
     ! Contact sees the correction of the interface. The interior is corrected when the reactions
     ! that follow from it are known, in one solution with the factor.
-    call begin_inverse(solver%body%inverse, residual, trial%begun, correction, error)
+    call begin_inverse(solver%body%inverse, residual, trial%on_interface, correction, error)
     if (allocated(error)) return
     trial%u_free = trial%u_free + correction
   end subroutine correct
@@ -132,9 +132,9 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(trial_t), intent(inout) :: trial
 
-    if (.not. allocated(trial%begun)) return
+    if (.not. allocated(trial%on_interface)) return
     call abandon_inverse(solver%body%inverse)
-    deallocate (trial%begun)
+    deallocate (trial%on_interface)
   end subroutine give_up_begun
 
   !> How solutions for the bodies have failed, where they have.

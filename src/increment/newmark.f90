@@ -33,8 +33,8 @@ module newmark_mod
     real(wp), allocatable :: u(:, :)
     !! (3,n_nodes) displacement by its predictor and what is left over; not allocated at finite
     !! strain, where iterations begin as the increment does [length]
-    real(wp), allocatable :: begun(:)
-    !! (n_interface) the same, where it is that of the interface alone [length]
+    real(wp), allocatable :: on_interface(:)
+    !! (n_interface) the same, where the solution has been begun on the interface alone [length]
   end type by_inertia_t
 
 contains
@@ -354,20 +354,20 @@ contains
 
   !> Where the increment would go without forces, what is left of those of its beginning, and the
   !> displacement that both make: before flat obstacles that of the interface is enough for contact.
-  subroutine begin_inertia(scene, points, solver, old, increment, begun, error)
+  subroutine begin_inertia(scene, points, solver, old, increment, by_inertia, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver !! solutions with its factor
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
-    type(by_inertia_t), allocatable, intent(out) :: begun !! not allocated in a static *STEP
+    type(by_inertia_t), allocatable, intent(out) :: by_inertia !! not allocated in a static *STEP
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, scene%mesh%n_nodes) :: u, first, force
     real(wp), allocatable :: answer(:, :, :)
 
     if (.not. allocated(solver%body%inertia)) return
-    allocate (begun)
-    associate (inertia => solver%body%inertia, in_motion => begun%in_motion)
+    allocate (by_inertia)
+    associate (inertia => solver%body%inertia, in_motion => by_inertia%in_motion)
       allocate (in_motion%speed, mold=u)
       call find_speeds(scene, solver, increment, first, in_motion%speed)
       in_motion%predictor = old%displacement + inertia%dt*(old%velocity + inertia%dt*(0.5_wp - &
@@ -386,10 +386,10 @@ contains
     end associate
     if (any(points%is_curved)) then
       call apply_inverse(solver%body%inverse, reshape(force, [3, size(u, 2), 1]), answer, error)
-      if (.not. allocated(error)) begun%u = answer(:, :, 1)
+      if (.not. allocated(error)) by_inertia%u = answer(:, :, 1)
     else
-      call begin_inverse(solver%body%inverse, force, begun%begun, u, error)
-      if (.not. allocated(error)) begun%u = u
+      call begin_inverse(solver%body%inverse, force, by_inertia%on_interface, u, error)
+      if (.not. allocated(error)) by_inertia%u = u
     end if
   end subroutine begin_inertia
 

@@ -49,7 +49,7 @@ contains
         inverse%is_condensed .and. &
         inverse%map%n_interface > 0 .and. loop%i < &
         trial%most_iterations .and. .not. &
-        (allocated(inverse%iterative) .or. allocated(trial%begun))
+        (allocated(inverse%iterative) .or. allocated(trial%on_interface))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
       settles_on_interface = is_exact(solver%choices%precision)
       if (settles_on_interface .and. n > 0) settles_on_interface = size(neutral_motions( &

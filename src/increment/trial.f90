@@ -61,7 +61,7 @@ module trial_mod
     !! they do not in the mesh [force]
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
-    real(wp), allocatable :: begun(:)
+    real(wp), allocatable :: on_interface(:)
     !! (n_interface) a part of u_free that the interface alone has yet; its interior comes with what
     !! reactions do to it. Not allocated: there is none [length]
     real(wp), allocatable :: u_contact(:, :)
@@ -127,7 +127,7 @@ contains
       if (present(inertia)) then
         trial%in_motion = inertia%in_motion
         if (allocated(inertia%u)) trial%u_free = trial%u_free + inertia%u
-        if (allocated(inertia%begun)) trial%begun = inertia%begun
+        if (allocated(inertia%on_interface)) trial%on_interface = inertia%on_interface
       end if
       call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
         old%displacement, trial%forces%imposed_t)

@@ -93,8 +93,7 @@ class GlobalNewton(unittest.TestCase):
         np.testing.assert_allclose(carried[0], carried[1], rtol=1e-5)
 
     def test_iterations_hardly_depend_on_the_mesh(self):
-        """At most 4.5 a step and 10 at worst with factorised systems (n = 4), 5.5 and 12 with
-        those of GMRES."""
+        """At most 4.5 a step and 10 at worst with n = 4, 5.5 and 12 with n = 8."""
         for n, mean, worst in ((4, 4.5, 10), (8, 5.5, 12)):
             with self.subTest(n=n):
                 run = Run(BLOCK, n=n, **GLOBAL)

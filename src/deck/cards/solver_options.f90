@@ -18,7 +18,7 @@ module solver_options_mod
 
   public :: solver_options, set_solver_option
 
-  !> Those that have a value, as a deck writes them. The last two are of decks alone.
+  !> Options that take a value, by their names in decks. The last two are known in decks only.
   character(*), parameter :: solver_options(9) = [character(11) :: 'SOLVER', 'FORMULATION', &
     'LOCAL', 'RHO', 'RELAXATION', 'TOLERANCE', 'MAX SWEEPS', 'STOP', 'COMPLIANCE']
 
