@@ -3,7 +3,6 @@
 module condense_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use choices_mod, only: choices_t
   use controls_mod, only: solver_sweeps
   use mesh_mod, only: mesh_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
@@ -54,9 +53,9 @@ contains
   !> ones do not see all motions that the points in reach do, a group has the rows of all of these.
   !> Before round obstacles alone motions are neutral that points which press do not see, too, where
   !> no load drives these.
-  subroutine condense_contact(scene, choices, points, body, undeformed, placement, contact, near)
+  subroutine condense_contact(scene, tolerance, points, body, undeformed, placement, contact, near)
     type(scene_t), intent(in) :: scene
-    type(choices_t), intent(in) :: choices
+    real(wp), intent(in) :: tolerance   !! of contact [-]
     type(contact_points_t), intent(in) :: points
     type(linearisation_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
@@ -68,7 +67,7 @@ contains
     allocate (rows%row(3, points%n))
     rows%near = points%in_reach
     if (present(near)) rows%near = near
-    rows%softness = softness_for(scene%contact%solver, choices%tolerance)
+    rows%softness = softness_for(scene%contact%solver, tolerance)
     rows%can_move = movable(scene, body%prescribed)
     if (allocated(contact%presses)) then
       rows%presses = contact%presses

@@ -235,12 +235,6 @@ contains
         report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
-        if (i > 1) then
-          ! What converged before, and was not certified, stands.
-          new = before
-          report = of_before
-          exit attempts
-        end if
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
           old, new, report%contact)

@@ -122,7 +122,7 @@ contains
     ! What the points did is described by the contact problem there.
     slack = 10.0_wp*trial%tolerance*maxval(abs(new%displacement)) + rounding_of_places( &
       scene, new%displacement)
-    call condense_contact(scene, solver%choices, points, solver%body, trial%placement, &
+    call condense_contact(scene, trial%goal%tolerance, points, solver%body, trial%placement, &
       trial%placement, solver%contact, near_points(points, trial%placement, old, &
       new%displacement, new%reaction, slack))
     do k = 1, size(solver%contact%group)

@@ -6,8 +6,7 @@ module place_and_solve_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use increment_report_mod, only: increment_report_t, ending_t, has_converged, ended_well, &
-    ended_unbalanced
+  use increment_report_mod, only: increment_report_t, has_converged
   use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
@@ -128,7 +127,7 @@ contains
       call add_motions(motions, scene%mesh, -trial%motion, trial%u_free)
     end associate
     ! Before curved obstacles points are placed anew after this.
-    if (.not. all(points%is_curved)) call condense_contact(scene, solver%choices, points, &
+    if (.not. all(points%is_curved)) call condense_contact(scene, trial%goal%tolerance, points, &
       solver%body, loop%undeformed, trial%placement, solver%contact)
   end subroutine follow_free_bodies
 
@@ -159,7 +158,7 @@ contains
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
       loop%slack)
     if (loop%i > most_by_parts) loop%near = points%in_reach
-    call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
+    call condense_contact(scene, trial%goal%tolerance, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
   end subroutine place_points
 
@@ -214,7 +213,7 @@ contains
     reaction = new%reaction
     motion = trial%motion
     call take_deformed_areas(scene, points, new%displacement, trial%placement)
-    call solve_here()
+    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
     if (has_converged(report)) return
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
       allocated(solver%contact%presses)) return
@@ -223,20 +222,9 @@ contains
     if (allocated(solver%contact%presses)) deallocate (solver%contact%presses)
     new%reaction = reaction
     trial%motion = motion
-    call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
+    call condense_contact(scene, trial%goal%tolerance, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
-    call solve_here()
-
-  contains
-
-    !> The reactions; where they are as sharp as asked for they are a result, though no sharper.
-    subroutine solve_here()
-      call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
-      if (has_converged(report) .or. report%ending%cause == ended_unbalanced) return
-      if (tolerance < trial%tolerance .and. report%residual <= trial%tolerance) report%ending = &
-        ending_t(ended_well)
-    end subroutine solve_here
-
+    call solve_reactions(scene, points, solver, old, tolerance, trial, new%reaction, report)
   end subroutine find_reactions
 
   !> The points that may touch, before anything is solved: by where they are, and by where the loads

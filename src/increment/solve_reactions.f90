@@ -290,8 +290,10 @@ contains
       report%converged = .false.
       report%ending = ended_at_limit
     end if
-    ! What others come to is no least reaction: the certificate would not see that.
-    if (report%ending == ended_stalled) report%ending = ended_at_limit
+    ! What others come to, or what leaves whole bodies out of balance, is no least reaction: the
+    ! certificate would not see that.
+    if (.not. report%converged .and. any(report%ending == [ended_stalled, ended_well])) &
+      report%ending = ended_at_limit
   end subroutine solve_for_least
 
   !> Keep the points open that could take over what others carry, touch, and do not press.

@@ -136,7 +136,7 @@ contains
         scene, points, solver%body%motions, solver%choices%precision%iterative, solver%contact)
       first = solver%undeformed
       first%gap = solver%first_gap
-      call condense_contact(scene, solver%choices, points, solver%body, first, first, &
+      call condense_contact(scene, solver%choices%tolerance, points, solver%body, first, first, &
         solver%contact)
       call lap(clock, work%condense)
     end if
@@ -362,7 +362,7 @@ contains
     call place_first(scene, points, solver)
     call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
       solver%contact)
-    call condense_contact(scene, solver%choices, points, solver%body, solver%undeformed, &
+    call condense_contact(scene, solver%choices%tolerance, points, solver%body, solver%undeformed, &
       solver%undeformed, solver%contact)
     solver%mu = points%mu
     solver%is_removed = are_removed(points)

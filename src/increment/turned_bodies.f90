@@ -103,7 +103,8 @@ contains
     if (all(points%is_curved)) return
     first = solver%undeformed
     first%gap = solver%first_gap
-    call condense_contact(scene, solver%choices, points, solver%body, first, first, solver%contact)
+    call condense_contact(scene, solver%choices%tolerance, points, solver%body, first, first, &
+      solver%contact)
   end subroutine condense_flat
 
   !> The turns of bodies that all supports of a body together make, and their displacements turned.
