@@ -292,8 +292,9 @@ contains
     end if
     ! What others come to, or what leaves whole bodies out of balance, is no least reaction: the
     ! certificate would not see that.
-    if (.not. report%converged .and. any(report%ending == [ended_stalled, ended_well])) &
+    if (.not. report%converged .and. any(report%ending == [ended_stalled, ended_well])) then
       report%ending = ended_at_limit
+    end if
   end subroutine solve_for_least
 
   !> Keep the points open that could take over what others carry, touch, and do not press.
