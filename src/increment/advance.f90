@@ -20,7 +20,7 @@ module advance_mod
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
-  use increments_mod, only: next_increment, mark_end, duration_of
+  use increments_mod, only: increment_t, next_increment, mark_end, duration_of
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ending_t, has_converged, worst_entry, &
     ended_well, ended_unbalanced, ended_moving, ended_out_of_reach, ended_passed, ended_inverted, &
@@ -44,7 +44,8 @@ module advance_mod
   use step_solver_mod, only: step_solver_t, take_duration
   use newmark_mod, only: by_inertia_t, begins_anew, begin_motion, begin_inertia, end_inertia, &
     error_in_time, watch_inertia, come_to_rest
-  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+  use trial_mod, only: goal_t, contact_alone, certified, trial_t, set_gaps, begin_trial, &
+    begin_near, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
   use turned_bodies_mod, only: begin_turned, end_turned
@@ -52,11 +53,12 @@ module advance_mod
   use friction_by_rate_mod, only: depends_on_rate, find_coefficients, give_coefficients
   use balance_together_mod, only: is_together, reach_balance
   use path_balance_mod, only: work_on_overlaps
-  use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
+  use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, &
+    step_on_interface, cut
   implicit none
   private
 
-  public :: advance, advance_from, advance_along
+  public :: advance, advance_along
 
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   integer,  parameter :: most_again = 200                   !! for coefficients to settle
@@ -73,47 +75,46 @@ contains
     !! solutions with its factor; contact before curved obstacles follows the trial's placement
     type(state_t), intent(in) :: old
     type(goal_t), intent(in) :: goal
-    type(state_t), intent(out) :: new
+    type(state_t), intent(inout) :: new
+    !! where to start from, if the goal says so; the end, as far as the goal wants it
     type(increment_report_t), intent(out) :: report
     !! not converged, not certified: no error, it is said here
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
-
-    type(state_t) :: begun
+    type(state_t), allocatable :: begun
 
     associate (increment => goal%increment)
       if (allocated(solver%body%inertia)) call take_duration(scene, points, old, duration_of( &
         scene%steps(increment%step), increment%position - increment%start), solver, error)
       if (allocated(error)) return
-      begun = old
-      if (begins_anew(scene, solver, old, increment)) call begin_motion(scene, points, solver, &
-        increment, begun)
-      new = begun
-      new%reaction = expected_reactions(scene, points, solver, begun, increment)
+      if (begins_anew(scene, solver, old, increment)) then
+        begun = old
+        call begin_motion(scene, points, solver, increment, begun)
+        call advance_from(scene, points, solver, begun, goal, new, report, error)
+      else
+        call advance_from(scene, points, solver, old, goal, new, report, error)
+      end if
     end associate
-    call advance_from(scene, points, solver, begun, goal, new, report, error)
   end subroutine advance
 
-  !> The same, the solution sought from the displacements and reactions that `new` comes with.
+  !> The same, where bodies are in balance as the increment begins.
   subroutine advance_from(scene, points, solver, old, goal, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver      !! as of `advance`
     type(state_t), intent(in) :: old
     type(goal_t), intent(in) :: goal
-    type(state_t), intent(inout) :: new               !! where to start from; the end
+    type(state_t), intent(inout) :: new               !! the same
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(contact_points_t) :: now
     !! with the extra gaps at the end of the increment, and the coefficients that its slips have
     type(trial_t) :: trial
     type(by_inertia_t), allocatable :: inertia !! of a dynamic *STEP
-    type(increment_report_t) :: none
-    real(wp), dimension(3, size(new%reaction, 2)) :: reaction
+    real(wp), dimension(3, points%n) :: reaction
+    real(wp) :: answer(solver%body%inverse%map%n_interface) !! to the reactions [length]
     real(wp) :: clock, on_tangents
     logical :: is_held, is_in_motion
-    integer :: i
-    logical :: is_elsewhere, is_given !! where to start from
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
@@ -124,37 +125,41 @@ contains
     call begin_inertia(scene, points, solver, old, goal%increment, inertia, error)
     if (allocated(error)) return
     call begin_trial(scene, now, solver, old, goal, trial, inertia)
-    associate (motions => solver%body%motions)
-      trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
-    end associate
-    where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
-    reaction = new%reaction
-    is_elsewhere = any(abs(new%displacement - old%displacement) > 0.0_wp)
-    is_given = is_elsewhere .and. .not. is_linear(scene)
-    if (is_given) call begin_from(scene, points, solver, new, trial)
-    new = old
-    call mark_end(goal%increment, new)
-    new%reaction = reaction
-    is_in_motion = allocated(solver%body%inertia) .and. .not. (is_given .or. is_linear(scene) .or. &
-      is_together(scene, solver))
-    if (is_in_motion) then
-      call begin_in_motion(scene, now, solver, old, trial, error)
-    else if (.not. is_given) then
-      call begin_turned(scene, now, solver, old, trial, error)
+    is_in_motion = .false.
+    if (goal%starts_near) then
+      reaction = new%reaction
+      call begin_near(scene, now, solver, new, trial)
+    else
+      reaction = expected_reactions(scene, points, solver, old, goal%increment)
+      is_in_motion = allocated(solver%body%inertia) .and. .not. (is_linear(scene) .or. &
+        is_together(scene, solver))
+      if (is_in_motion) then
+        call begin_in_motion(scene, now, solver, old, trial, error)
+      else
+        call begin_turned(scene, now, solver, old, trial, error)
+      end if
+      if (allocated(error)) return
+      if (trial%has_turned) then
+        reaction = trial%applied_reaction
+      else if (.not. is_in_motion) then
+        call begin_extrapolated(scene, now, solver, old, goal%increment, reaction, trial)
+      end if
     end if
-    if (allocated(error)) return
-    if (trial%has_turned) new%reaction = trial%applied_reaction
-    if (.not. (is_elsewhere .or. trial%has_turned .or. is_in_motion)) call begin_extrapolated( &
-      scene, now, solver, old, goal%increment, reaction, trial)
+    if (goal%wanted == contact_alone .and. can_look_ahead(scene, points, solver)) then
+      new = old
+      call step_on_interface(scene, points, solver, trial, new, reaction, report, answer)
+      return
+    end if
+    call begin_new(old, goal%increment, reaction, new)
+    trial%is_foreseen = goal%is_foreseen
+    if (goal%is_foreseen) report%ending = ending_t(ended_well)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. has_converged(report)))) then
       ! The path may have bent.
       call begin_trial(scene, now, solver, old, goal, trial, inertia)
-      new = old
-      call mark_end(goal%increment, new)
-      new%reaction = reaction
-      report = none
+      call begin_new(old, goal%increment, reaction, new)
+      report = increment_report_t()
       now%mu = points%mu
       call complete(scene, now, solver, old, trial, new, report, error)
     end if
@@ -175,12 +180,13 @@ contains
     type(step_solver_t), intent(inout) :: solver   !! as of `advance`
     type(state_t), intent(in) :: old
     type(ahead_t), intent(inout) :: ahead
-    type(state_t), intent(out) :: new
+    type(state_t), intent(inout) :: new
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(contact_points_t) :: now
     type(goal_t) :: goal
     type(trial_t) :: trial
+    real(wp) :: reaction(3, points%n)
     real(wp) :: clock
 
     goal = goal_t(next_increment(scene%steps, old), solver%choices%tolerance, &
@@ -196,15 +202,26 @@ contains
     clock = wall_seconds()
     now = points
     call begin_trial(scene, points, solver, old, goal, trial)
-    new = old
-    call mark_end(goal%increment, new)
-    call take_foreseen(points, ahead, goal%increment, solver, trial, new%reaction, report)
+    call take_foreseen(points, ahead, goal%increment, solver, trial, reaction, report)
+    call begin_new(old, goal%increment, reaction, new)
     call complete(scene, now, solver, old, trial, new, report, error)
     new%trend = trend_of(goal%increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
     if (report%newton_raphson_iterations > 1 .or. .not. has_converged(report)) call cut(ahead)
   end subroutine advance_along
+
+  !> The end of an increment before it is sought.
+  pure subroutine begin_new(old, increment, reaction, new)
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) to start from [force]
+    type(state_t), intent(out) :: new
+
+    new = old
+    call mark_end(increment, new)
+    new%reaction = reaction
+  end subroutine begin_new
 
   !> From the loads of an increment, and perhaps its first reactions, to its end.
   subroutine complete(scene, points, solver, old, trial, new, report, error)
@@ -234,15 +251,18 @@ contains
       if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, trial, new, &
         report, error)
       if (allocated(error)) return
+      if (allocated(trial%turned_from)) call end_turns(scene, trial%forces%prescribed, &
+        trial%turned_from, new%displacement)
+      if (trial%goal%wanted == contact_alone) then
+        new%external_force = trial%forces%external
+        return
+      end if
       if (has_no_result(report)) then
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
           old, new, report%contact)
         exit attempts
       end if
-
-      if (allocated(trial%turned_from)) call end_turns(scene, trial%forces%prescribed, &
-        trial%turned_from, new%displacement)
 
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, &
@@ -276,6 +296,7 @@ contains
       call watch_inactive(scene, points, solver, trial%goal%tolerance, new, report, error)
       if (allocated(error)) return
       if (report%ending%cause == ended_out_of_reach) return
+      if (trial%goal%wanted < certified) exit attempts
       clock = wall_seconds()
       report%certificate = certify_increment(scene, points, trial%goal%tolerance, &
         report%contact, old, new, trial%forces%imposed_t, solver%own_mass)

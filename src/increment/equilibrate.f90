@@ -67,7 +67,7 @@ contains
     inverted = 0
     loop = begin_newton_raphson(scene, points, solver, trial)
     loop%modes = old%modes
-    newton_raphson: do while (loop%i < trial%most_iterations)
+    newton_raphson: do while (loop%i < trial%goal%most_iterations)
       loop%i = loop%i + 1
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 

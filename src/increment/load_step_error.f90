@@ -21,12 +21,12 @@ module load_step_error_mod
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: force_rounding
   use bodies_mod, only: is_linear
-  use interference_mod, only: has_interference, extra_gap_at
+  use interference_mod, only: extra_gap_at
   use step_contact_mod, only: changes_at, most_friction
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, has_converged, energy_t
-  use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
-    smallest_increment, whole_increment
+  use increments_mod, only: next_increment, ends_step, smallest_increment, &
+    whole_increment
   use follow_points_mod, only: rounding_of_places
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
@@ -34,11 +34,9 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many, most_touches
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from, expected_reactions, &
-    trend_of
+  use trial_mod, only: goal_t, contact_alone
+  use advance_mod, only: advance
   use closed_points_mod, only: may_stay_closed
-  use look_ahead_mod, only: can_look_ahead, step_on_interface
-  use balance_together_mod, only: reach_balance
   use path_balance_mod, only: work_left_over, largest_switch_energy
   implicit none
   private
@@ -441,61 +439,16 @@ contains
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
     type(state_t), intent(in), optional :: near !! to where it ends: reactions, and which are alone
-    type(increment_t) :: increment
-    type(contact_points_t) :: now
-
-    increment = next_increment(scene%steps, from, length)
-    if (has_interference(scene)) then
-      call set_gaps(scene, points, increment, now, solver)
-      call try_with(scene, now, solver, from, increment, to, ok, near)
-    else
-      call try_with(scene, points, solver, from, increment, to, ok, near)
-    end if
-  end subroutine try_increment
-
-  !> The same with the extra gaps that the points have at the end of the increment.
-  subroutine try_with(scene, points, solver, from, increment, to, ok, near)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
-    type(state_t), intent(in) :: from
-    type(increment_t), intent(in) :: increment
-    type(state_t), intent(out) :: to   !! as of `try_increment`
-    logical, intent(out) :: ok         !! the same
-    type(state_t), intent(in), optional :: near !! the same
-    type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
-    real(wp) :: answer(solver%body%inverse%map%n_interface)
 
-    call begin_trial(scene, points, solver, from, goal_t(increment, solver%choices%tolerance, &
-      sharp_enough), trial)
-    if (present(near)) then
-      if (allocated(near%alone)) trial%placement%weights%alone = near%alone
-    end if
-    to = from
-    if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
-    if (present(near) .and. is_linear(scene)) then
-      where (.not. trial%forces%prescribed) trial%placed_at = near%displacement
-    end if
-    ! Where bodies are free these reactions are not those of the place it begins at.
-    if (present(near) .and. solver%body%motions%n == 0) then
-      to%reaction = near%reaction
-      to%trend = 0.0_wp
-      if (allocated(trial%u_contact_start)) trial%u_contact_start = near%displacement - trial%u_free
-      if (.not. (is_linear(scene) .or. solver%choices%precision%renews_tangent)) call begin_from( &
-        scene, points, solver, near, trial)
-    end if
-    if (can_look_ahead(scene, points, solver)) then
-      call step_on_interface(scene, points, solver, trial, to, report, answer)
-    else
-      to%reaction = expected_reactions(scene, points, solver, to, increment)
-      call mark_end(increment, to)
-      call reach_balance(scene, points, solver, from, trial, to, report, error)
-      to%trend = trend_of(increment, from%reaction, to%reaction)
-    end if
-    ok = .not. allocated(error) .and. has_converged(report)
-  end subroutine try_with
+    if (present(near)) to = near
+    call advance(scene, points, solver, from, goal_t(next_increment(scene%steps, from, length), &
+      solver%choices%tolerance, sharp_enough, wanted=contact_alone, starts_near=present(near)), &
+      to, report, error)
+    ok = .not. allocated(error)
+    if (ok) ok = has_converged(report)
+  end subroutine try_increment
 
   !> The energy of the difference of two states under the same loads, beside that of the bodies:
   !> what their reactions' difference does on their motions' difference.

@@ -127,8 +127,9 @@ contains
       associate (foreseen => ahead%of(ahead%n), answer => answers(:, column))
         call begin_trial(scene, points, solver, there, goal_t(increment, solver%choices%tolerance, &
           shows_progress=solver%choices%shows_progress), trial)
-        call step_on_interface(scene, points, solver, trial, there, foreseen%report, answer)
-        foreseen%reaction = there%reaction
+        foreseen%reaction = expected_reactions(scene, points, solver, there, increment)
+        call step_on_interface(scene, points, solver, trial, there, foreseen%reaction, &
+          foreseen%report, answer)
         foreseen%motion = trial%motion
         if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
         foreseen%report%wall_time = wall_seconds() - began
@@ -174,18 +175,17 @@ contains
   end subroutine look_ahead
 
   !> One increment as far as the interface goes: its reactions and what they do there.
-  subroutine step_on_interface(scene, points, solver, trial, state, report, answer)
+  subroutine step_on_interface(scene, points, solver, trial, state, reaction, report, answer)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(trial_t), intent(inout) :: trial     !! of begin_trial
     type(state_t), intent(inout) :: state
     !! its beginning, then its end; of the displacement what contact sees, the rest is wrong
+    real(wp), intent(inout) :: reaction(:, :) !! (3,n_points) to start from; its own [force]
     type(increment_report_t), intent(out) :: report
     real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
-    real(wp) :: reaction(3, points%n)
 
-    reaction = expected_reactions(scene, points, solver, state, trial%goal%increment)
     call solve_reactions(scene, points, solver, state, trial%tolerance, trial, reaction, report)
     answer = answer_of_interface(solver%body%inverse, nodal_forces(points, &
       trial%placement%weights, reaction, scene%mesh%n_nodes))

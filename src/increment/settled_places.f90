@@ -48,7 +48,7 @@ contains
       settles_on_interface = loop%is_linear .and. any(points%is_curved) .and. &
         inverse%is_condensed .and. &
         inverse%map%n_interface > 0 .and. loop%i < &
-        trial%most_iterations .and. .not. &
+        trial%goal%most_iterations .and. .not. &
         (allocated(inverse%iterative) .or. allocated(trial%on_interface))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
       settles_on_interface = is_exact(solver%choices%precision)

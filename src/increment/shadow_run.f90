@@ -16,21 +16,21 @@ module shadow_run_mod
   use finite_strain_limits_mod, only: beyond_finite_strain
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
+  use increments_mod, only: increment_t, next_increment, ends_step, &
     whole_increment
-  use increment_report_mod, only: increment_report_t, ending_t, has_converged, error_parts_t, &
-    ended_well, ended_out_of_balance
+  use increment_report_mod, only: increment_report_t, has_converged, error_parts_t, &
+    ended_out_of_balance
   use bodies_mod, only: strain_energy
-  use rigid_modes_mod, only: free_motions_t, follow_turns
-  use turning_couplings_mod, only: turned_constraints
+  use expansion_mod, only: find_free_strain
+  use rigid_modes_mod, only: free_motions_t
   use step_loads_mod, only: step_loads_t, resolve_loads, following_at
   use load_response_mod, only: load_response_t, respond_to_loads
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t
   use stability_mod, only: stability_t, find_stability, is_hint
-  use trial_mod, only: goal_t, trial_t, set_gaps, begin_trial, begin_from
+  use trial_mod, only: goal_t, contact_alone, with_energies
   use turned_bodies_mod, only: condense_flat
-  use equilibrate_mod, only: equilibrate
+  use advance_mod, only: advance
   implicit none
   private
 
@@ -248,8 +248,6 @@ contains
     type(increment_t), intent(in) :: increment
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(inout) :: state    !! that of the linear run, where it is not solved
-    type(contact_points_t) :: now
-    type(trial_t) :: trial
     type(state_t) :: old
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
@@ -260,11 +258,14 @@ contains
     old = state
     state = new
     if (is_same) return
-    call set_gaps(scene, points, increment, now, solver)
-    call begin_trial(scene, now, solver, old, goal_t(increment, solver%choices%tolerance, &
-      sharp_enough), trial)
-    call equilibrate(scene, now, solver, old, trial, state, report, error)
-    if (allocated(error) .or. .not. has_converged(report)) state = new
+    call advance(scene, points, solver, old, goal_t(increment, solver%choices%tolerance, &
+      sharp_enough, wanted=with_energies, starts_near=.true.), state, report, error)
+    if (.not. allocated(error) .and. has_converged(report)) then
+      state%increments_done = new%increments_done
+      state%increment = new%increment
+    else
+      state = new
+    end if
   end subroutine follow_linearly
 
   !> Give materials other laws.
@@ -299,46 +300,33 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(inout) :: state     !! of the shadow run
     logical, intent(out) :: ok                !! it has settled
-    type(contact_points_t) :: now
-    type(trial_t) :: trial
-    type(state_t) :: start, to
+    type(goal_t) :: goal
+    type(state_t) :: to
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
-    integer :: i
+    real(wp) :: free(scene%mesh%n_elements) !! strain by free expansion [-]
 
-    call follow_turns(scene%mesh, state%displacement, solver%body%prescribed, turned_constraints( &
-      scene, solver%body%prescribed, state%displacement), solver%body%motions, ok)
-    if (.not. ok) return
-    call set_gaps(scene, points, increment, now, solver)
-    call begin_trial(scene, now, solver, state, goal_t(increment, solver%choices%tolerance), trial)
-    trial%tolerance = max(least, min(0.1_wp, part*apart(points, old%reaction, &
-      old%strain_energy, state)))
-    trial%most_iterations = most_iterations
-    to = state
-    call mark_end(increment, to)
-    to%increments_done = new%increments_done
-    to%increment = new%increment
+    goal = goal_t(increment, solver%choices%tolerance, max(least, min(0.1_wp, part*apart(points, &
+      old%reaction, old%strain_energy, state))), most_iterations, contact_alone)
     ! Where bodies are free the reactions are not those of the place that they are at.
-    if (.not. any(solver%body%motions%body > 0)) then
-      start = state
-      start%displacement = state%displacement + (new%displacement - old%displacement)
-      start%reaction = state%reaction + (new%reaction - old%reaction)
-      associate (motions => solver%body%motions)
-        trial%motion = [(start%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
-        trial%is_foreseen = motions%n == 0
-      end associate
-      if (trial%is_foreseen) report%ending = ending_t(ended_well)
-      call begin_from(scene, now, solver, start, trial)
-      to%reaction = start%reaction
+    goal%starts_near = .not. any(solver%body%motions%body > 0)
+    goal%is_foreseen = solver%body%motions%n == 0
+    if (goal%starts_near) then
+      to = state
+      to%displacement = state%displacement + (new%displacement - old%displacement)
+      to%reaction = state%reaction + (new%reaction - old%reaction)
     end if
-    call equilibrate(scene, now, solver, state, trial, to, report, error)
+    call advance(scene, points, solver, state, goal, to, report, error)
     ok = .not. allocated(error)
     if (ok) ok = has_converged(report) .or. (report%ending%cause == ended_out_of_balance .and. &
       report%imbalance <= tenth*apart(points, new%reaction, new%strain_energy, to))
     if (.not. ok) return
-    to%external_force = trial%forces%external
-    if (increment%last_of_step) to%strain_energy = strain_energy(scene, trial%free, to, &
-      trial%forces%internal)
+    to%increments_done = new%increments_done
+    to%increment = new%increment
+    if (increment%last_of_step) then
+      call find_free_strain(scene, increment%step, increment%position, free)
+      to%strain_energy = strain_energy(scene, free, to, to%external_force)
+    end if
     state = to
   end subroutine follow
 

@@ -26,16 +26,27 @@ module trial_mod
   implicit none
   private
 
-  public :: goal_t, trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
+  public :: contact_alone, with_energies, certified
+  public :: goal_t, trial_t, set_gaps, begin_trial, begin_near, begin_extrapolated, &
     apply_reactions, loads_on_motions, displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
-  !> What an increment is to come to.
+  ! How much of an increment's end is wanted.
+  integer, parameter :: contact_alone = 1 !! reactions, and of the displacement what contact sees
+  integer, parameter :: with_energies = 2 !! all of the displacement, forces and energies
+  integer, parameter :: certified = 3     !! the same, and the certificate's judgement
+
+  !> What an increment is to come to, and from where it is sought.
   type :: goal_t
     type(increment_t) :: increment
     real(wp) :: tolerance               !! of contact [-]
     real(wp) :: sharp_enough = 0.0_wp   !! residual of what only an estimate needs; 0: another [-]
+    integer :: most_iterations = 40     !! of Newton-Raphson
+    integer :: wanted = certified
+    logical :: starts_near = .false.
+    !! from displacements and reactions near its end, which the solution comes with
+    logical :: is_foreseen = .false.    !! these reactions are taken for those of the first iteration
     logical :: shows_progress = .false. !! iterations, on a terminal
   end type goal_t
 
@@ -44,7 +55,6 @@ module trial_mod
     type(goal_t) :: goal
     real(wp) :: tolerance = 0.0_wp  !! residual that is asked for in this attempt [-]
     logical :: factorises = .false. !! Newton's systems, since GMRES has not done one
-    integer :: most_iterations = 40 !! of Newton-Raphson
     real(wp) :: duration = 0.0_wp !! of the increment [time]
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
     logical :: is_extrapolated = .false. !! from the increment before, as this one begins
@@ -198,8 +208,30 @@ contains
     trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
   end subroutine carry_over
 
-  !> At finite strain: begin from other displacements and reactions than those of the increment
-  !> before, that are nearer to the solution.
+  !> Begin near the end: from other displacements and reactions than those of the increment before.
+  subroutine begin_near(scene, points, solver, start, trial)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: start
+    type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
+    integer :: i
+
+    associate (motions => solver%body%motions)
+      trial%motion = [(start%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
+    end associate
+    if (allocated(start%alone)) trial%placement%weights%alone = start%alone
+    if (is_linear(scene)) then
+      where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
+      if (.not. allocated(trial%u_contact_start)) return
+      trial%u_contact_start = start%displacement - trial%u_free
+      call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_contact_start)
+    else
+      call begin_from(scene, points, solver, start, trial)
+    end if
+  end subroutine begin_near
+
+  !> The same at finite strain, where forces follow from displacements.
   subroutine begin_from(scene, points, solver, start, trial)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

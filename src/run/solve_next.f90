@@ -18,7 +18,7 @@ module solve_next_mod
   use step_solver_mod, only: step_solver_t, place_first, widen_interface, take_tangent
   use balance_together_mod, only: is_together, keeps_tangent
   use trial_mod, only: goal_t
-  use advance_mod, only: advance, advance_from, advance_along
+  use advance_mod, only: advance, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment, grow_in_time
@@ -376,6 +376,7 @@ contains
     type(solved_t), intent(inout) :: solved  !! not solved; replaced where it is
     integer(i8), parameter :: most_parts = 16
     type(state_t) :: reached
+    type(goal_t) :: goal
     type(solved_t) :: part
     type(increment_report_t) :: report
     type(error_t), allocatable :: failure
@@ -426,8 +427,9 @@ contains
         call take_tangent(scene, plan%points, reached, solver, is_taken, failure)
         if (allocated(failure)) return
       end if
-      call advance_from(scene, plan%points, solver, old, goal_of(solver, increment), reached, &
-        report, failure)
+      goal = goal_of(solver, increment)
+      goal%starts_near = .true.
+      call advance(scene, plan%points, solver, old, goal, reached, report, failure)
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return
       ! The parts have numbered their tangents as increments to come.
