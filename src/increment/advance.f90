@@ -167,8 +167,10 @@ contains
     new%trend = trend_of(goal%increment, old%reaction, new%reaction)
     if (any(points%is_curved) .or. .not. is_linear(scene)) new%displacement_trend = trend_of( &
       goal%increment, old%displacement, new%displacement)
-    if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(goal%increment, &
-      trial%u_contact_before, new%displacement - trial%u_free)
+    if (allocated(trial%by_iteration)) then
+      if (allocated(trial%by_iteration%before)) new%displacement_trend = trend_of( &
+        goal%increment, trial%by_iteration%before, new%displacement - trial%u_free)
+    end if
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_from
 

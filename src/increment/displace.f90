@@ -114,9 +114,9 @@ contains
     if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
       ! What iteration has not solved is out of balance too, but no load.
       call to_equations(solver%body%inverse%map, residual, change)
-      associate (motions => solver%body%motions)
-        trial%load_left = trial%load_left + [change, (residual(motions%dof(j), motions%node(j)), &
-          j=1, motions%n)] + trial%unsolved
+      associate (motions => solver%body%motions, load_left => trial%by_iteration%load_left)
+        load_left = load_left + [change, (residual(motions%dof(j), motions%node(j)), &
+          j=1, motions%n)] + trial%by_iteration%unsolved
       end associate
       return
     end if

@@ -55,10 +55,10 @@ contains
 
     start = answer%r
     associate (map => solver%body%inverse%map, motions => solver%body%motions)
-      call add_motions(motions, mesh, trial%motion, trial%u_contact_start)
-      bodies%v = [unknowns_of(map, trial%u_contact_start), &
-        (trial%u_contact_start(motions%dof(j), motions%node(j)), j=1, motions%n)]
-      bodies%load = trial%load_left
+      call add_motions(motions, mesh, trial%motion, trial%by_iteration%start)
+      bodies%v = [unknowns_of(map, trial%by_iteration%start), &
+        (trial%by_iteration%start(motions%dof(j), motions%node(j)), j=1, motions%n)]
+      bodies%load = trial%by_iteration%load_left
       bodies%largest = max(maxval(norm2(trial%forces%external, dim=1)), &
         maxval(norm2(old%support_force, dim=1)))
       if (motions%n > 0) then
@@ -71,18 +71,18 @@ contains
       call solve_in_parts(group%problem, group%body, answer%x_free, controls, bodies, &
         answer%r, answer%report)
       call group%body%unrelate(bodies%v, bodies%remains)
-      trial%unsolved = bodies%remains
+      trial%by_iteration%unsolved = bodies%remains
       call to_nodes(map, bodies%v(:map%n_free), trial%u_contact)
       answer%gaps = bodies%gaps
       if (motions%n > 0) then
         call part_motions(mesh, solver, group%floating, bodies, trial, drift)
         if (answer%report%converged) call ask_for_balance(group, drift, answer)
         ! What nothing acts on has no stresses, not even those of rounding.
-        if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(trial%load_left) <= 0.0_wp)) then
+        if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(trial%by_iteration%load_left) <= 0.0_wp)) then
           trial%u_contact = 0.0_wp
         end if
       end if
-      trial%u_contact_start = trial%u_contact
+      trial%by_iteration%start = trial%u_contact
       if (motions%n == 0 .or. answer%report%converged .or. answer%report%ending == &
         ended_unbalanced .or. size(answer%x_free) > most_formed) return
       call form_floating(group, trial%by_compliance)

@@ -50,6 +50,16 @@ module trial_mod
     logical :: shows_progress = .false. !! iterations, on a terminal
   end type goal_t
 
+  !> Of bodies solved for by iteration, with the reactions.
+  type :: by_iteration_t
+    real(wp), allocatable :: start(:, :)  !! (3,n_nodes) of u_contact [length]
+    real(wp), allocatable :: before(:, :)
+    !! (3,n_nodes) u_contact of the increment before; not allocated: supports hold no body [length]
+    real(wp), allocatable :: load_left(:)
+    !! (n_free+n) forces that u_contact and the motions take up beside theirs [force]
+    real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what they do not [force]
+  end type by_iteration_t
+
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
     type(goal_t) :: goal
@@ -81,13 +91,7 @@ module trial_mod
     real(wp), allocatable :: applied_force(:, :)
     !! (3,n_nodes) of these, by the weights of their time [force]
     logical :: by_compliance = .false. !! not together with the reactions: that led nowhere
-    real(wp), allocatable :: u_contact_start(:, :)
-    !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
-    real(wp), allocatable :: u_contact_before(:, :)
-    !! (3,n_nodes) u_contact of the increment before, there, if supports hold a body [length]
-    real(wp), allocatable :: load_left(:)
-    !! (n_free+n) forces that it and the motions take up beside theirs, there [force]
-    real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what it does not [force]
+    type(by_iteration_t), allocatable :: by_iteration !! of bodies solved for by iteration
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: neutral_residual(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -223,9 +227,9 @@ contains
     if (allocated(start%alone)) trial%placement%weights%alone = start%alone
     if (is_linear(scene)) then
       where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
-      if (.not. allocated(trial%u_contact_start)) return
-      trial%u_contact_start = start%displacement - trial%u_free
-      call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_contact_start)
+      if (.not. allocated(trial%by_iteration)) return
+      trial%by_iteration%start = start%displacement - trial%u_free
+      call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%by_iteration%start)
     else
       call begin_from(scene, points, solver, start, trial)
     end if
@@ -263,8 +267,10 @@ contains
     integer(i8) :: before !! where the increment before began, if it was as long
 
     if (increment%begin <= 0.0_wp .or. .not. allocated(old%displacement_trend)) return
+    if (allocated(trial%by_iteration)) then
+      if (allocated(trial%by_iteration%before)) return
+    end if
     if (solver%choices%precision%renews_tangent .and. scene%contact%solver /= solver_auto) return
-    if (allocated(trial%u_contact_before)) return
     before = increment%start - (increment%position - increment%start)
     if (count_between(solver%response%loads%kinks, before, increment%position) > 0) return
     start = old
@@ -300,33 +306,44 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial
-    real(wp), allocatable :: loaded(:, :), external(:, :), load(:), rounding(:)
-    real(wp) :: of_held(3, scene%mesh%n_nodes)
+    type(by_iteration_t) :: by
+    real(wp), allocatable :: load(:), rounding(:)
     logical :: is_free(0:scene%mesh%n_bodies)
 
     associate (motions => solver%body%motions)
-      allocate (trial%load_left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
-      trial%unsolved = trial%load_left
+      allocate (by%load_left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
+      allocate (by%unsolved, source=by%load_left)
       is_free = .false.
       is_free(motions%body) = .true.
       if (motions%n > 0) then
         ! Pins hold nothing: what loads do along free motions is taken up there.
         call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, &
           load, rounding)
-        trial%load_left(size(trial%load_left) - motions%n + 1:) = load
-        trial%u_contact_start = old%displacement - trial%u_free
-        call add_motions(motions, scene%mesh, -trial%motion, trial%u_contact_start)
-        if (all(is_free(1:))) return
+        by%load_left(size(by%load_left) - motions%n + 1:) = load
+        by%start = old%displacement - trial%u_free
+        call add_motions(motions, scene%mesh, -trial%motion, by%start)
       end if
     end associate
-    call sum_patterns(scene, solver%response, increment%begin, &
-      increment%begin*scene%steps(increment%step)%period, loaded, external)
-    trial%u_contact_before = old%displacement - loaded
-    of_held = trial%u_contact_before
-    if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) of_held = of_held + &
-      (increment%fraction - increment%begin)*old%displacement_trend
-    if (.not. allocated(trial%u_contact_start)) allocate (trial%u_contact_start, mold=of_held)
-    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%u_contact_start = of_held
+    if (.not. all(is_free(1:))) call begin_held()
+    trial%by_iteration = by
+
+  contains
+
+    !> What contact did to bodies that supports hold, and will do if it goes on.
+    subroutine begin_held()
+      real(wp), allocatable :: loaded(:, :), external(:, :)
+      real(wp) :: of_held(3, scene%mesh%n_nodes)
+
+      call sum_patterns(scene, solver%response, increment%begin, &
+        increment%begin*scene%steps(increment%step)%period, loaded, external)
+      by%before = old%displacement - loaded
+      of_held = by%before
+      if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) of_held = of_held + &
+        (increment%fraction - increment%begin)*old%displacement_trend
+      if (.not. allocated(by%start)) allocate (by%start, mold=of_held)
+      where (.not. spread(is_free(scene%mesh%body), 1, 3)) by%start = of_held
+    end subroutine begin_held
+
   end subroutine carry_displacements
 
   !> Whether two fields differ by more than rounding.
