@@ -16,7 +16,7 @@ module mesh_forces_mod
   implicit none
   private
 
-  public :: internal_force, force_rounding, pressure_force, gravity_force, &
+  public :: internal_force, stiffness_of_elements, force_rounding, pressure_force, gravity_force, &
     add_nodal_areas
 
 contains
@@ -37,9 +37,9 @@ contains
   !> displacements make of forces, docs/theory.md (6.2).
   !>
   !> A body moved far as a whole has internal forces of this size and no others.
-  pure function force_rounding(mesh, materials, u) result(rounding)
+  pure function force_rounding(mesh, stiffness, u) result(rounding)
     type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: stiffness(:)   !! (n_elements) as of `stiffness_of_elements`
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp) :: rounding(mesh%n_nodes)     !! [force]
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
@@ -48,14 +48,25 @@ contains
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
       associate (nodes => nodes_of_element(mesh%connectivity, e)) ! each once
-        rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*element_stiffness(mesh, &
-          materials, e)*maxval(abs(u(:, nodes)))
+        rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*stiffness(e)* &
+          maxval(abs(u(:, nodes)))
       end associate
     end do
     call add_spring_rounding(mesh, u, operations, rounding)
   end function force_rounding
 
-  !> The part of an element in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.
+  !> The part of each element in the stiffness of its nodes, (lambda + 2 G) int |g_a|^2 dV.
+  pure function stiffness_of_elements(mesh, materials) result(stiffness)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp) :: stiffness(mesh%n_elements) !! [force/length]
+    integer :: e
+
+    do e = 1, mesh%n_elements
+      stiffness(e) = element_stiffness(mesh, materials, e)
+    end do
+  end function stiffness_of_elements
+
   pure real(wp) function element_stiffness(mesh, materials, e)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

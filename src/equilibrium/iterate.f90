@@ -36,6 +36,7 @@ module iterate_mod
     !! (3,n) rotations of couplings where the increment begins; not allocated: none turns [length]
     type(inertia_t), allocatable :: inertia !! of a dynamic *STEP
     type(in_motion_t) :: in_motion          !! what it begins with there
+    real(wp), allocatable :: of_elements(:) !! (n_elements) as of linearisation_t [force/length]
     type(state_t) :: old               !! where it begins
     logical, allocatable :: stays(:)   !! (n_points) closed, and may pull
     logical, allocatable :: is_free(:) !! (0:n_bodies) supports do not hold it; 0: any
@@ -154,7 +155,7 @@ contains
 
     now%reaction = merge(reaction, 0.0_wp, now%has)
     pressed = nodal_forces(points, now%placement%weights, world_reactions(now), size(now%u, 2))
-    now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+    now%forces%rounding = force_rounding(scene%mesh, task%of_elements, &
       max(abs(now%u), abs(task%old%displacement)))
     if (allocated(task%inertia)) now%forces%rounding = now%forces%rounding + rounding_of_inertia( &
       task%inertia, now%u)

@@ -91,6 +91,7 @@ contains
 
     task%forces = trial%forces
     task%free = trial%free
+    task%of_elements = solver%body%of_elements
     task%rotation = trial%rotation
     if (has_turning(scene)) task%turned_from = trial%turned_from
     if (allocated(solver%body%inertia)) then

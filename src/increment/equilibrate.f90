@@ -112,7 +112,7 @@ contains
       if (was_foreseen) loop%modes = new%modes
       if (allocated(trial%support_force)) trial%support_force = merge(trial%forces%internal - &
         trial%forces%external - pressed, 0.0_wp, trial%forces%prescribed)
-      trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+      trial%forces%rounding = force_rounding(scene%mesh, solver%body%of_elements, &
         max(abs(new%displacement), abs(old%displacement)))
       if (allocated(solver%body%inertia)) trial%forces%rounding = trial%forces%rounding + &
         rounding_of_inertia(solver%body%inertia, new%displacement)

@@ -70,7 +70,7 @@ contains
       if (allocated(error)) return
       ! At finite strain they are what iterations begin with, which refine them.
       if (is_linear(scene) .and. .not. is_exact(body%inverse%factor%precision)) call refine( &
-        scene, tolerance, load, body%inverse, response%displacement, error)
+        scene, tolerance, load, body%of_elements, body%inverse, response%displacement, error)
       if (allocated(error)) return
       response%displacement = response%displacement + loads%displacement
     end associate
@@ -79,10 +79,11 @@ contains
 
   !> Correct the responses with what is left out of balance, by internal forces in double precision,
   !> until that is rounding.
-  subroutine refine(scene, tolerance, load, inverse, response, error)
+  subroutine refine(scene, tolerance, load, of_elements, inverse, response, error)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: tolerance                !! of contact [-]
     real(wp), intent(in) :: load(:, :, :)            !! (3,n_nodes,n_patterns) [force]
+    real(wp), intent(in) :: of_elements(:)           !! (n_elements) as of linearisation_t
     type(stiffness_inverse_t), intent(inout) :: inverse
     real(wp), intent(inout) :: response(:, :, :)     !! (3,n_nodes,n_patterns) [length]
     type(error_t), allocatable, intent(out) :: error
@@ -109,7 +110,7 @@ contains
         call give_to_masters(inverse%map%constraints, residual(:, :, g))
         residual(:, :, g) = merge(residual(:, :, g), 0.0_wp, is_unknown(inverse%map))
         left = max(left, maxval(maxval(abs(residual(:, :, g)), dim=1) - force_rounding(scene%mesh, &
-          scene%materials, response(:, :, g))))
+          of_elements, response(:, :, g))))
       end do
       if (left <= enough) return
       if (left > 0.5_wp*last) exit refinements

@@ -114,7 +114,7 @@ contains
     left = report%energy%balance - coarse%energy%balance
     least_doubtful = max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation, dot_product(force_rounding(scene%mesh, scene%materials, &
+      noise*report%energy%dissipation, dot_product(force_rounding(scene%mesh, solver%body%of_elements, &
       new%displacement), norm2(new%displacement, dim=1)))
     is_doubtful = abs(left) > least_doubtful .and. is_linear(scene) .and. .not. &
       any(scene%obstacles%turns)
@@ -292,7 +292,7 @@ contains
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
         change = resultant_change(points, other%reaction, new%reaction, force_rounding( &
-          scene%mesh, scene%materials, max(abs(old%displacement), abs(new%displacement))))
+          scene%mesh, solver%body%of_elements, max(abs(old%displacement), abs(new%displacement))))
       end if
     end function change
 

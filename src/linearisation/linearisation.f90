@@ -22,6 +22,7 @@ module linearisation_mod
   use choices_mod, only: choices_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use bodies_mod, only: is_linear, find_internal_force
+  use mesh_forces_mod, only: stiffness_of_elements
   use turning_couplings_mod, only: has_turning, turned_constraints
   use stiffen_couplings_mod, only: stiffen_couplings
   use inertia_mod, only: inertia_t, mass_factors
@@ -70,6 +71,8 @@ module linearisation_mod
     !! [length/force]
     real(wp), allocatable :: pin_flexibility(:)
     !! (n) the same of the pins, where solutions are by iteration [length/force]
+    real(wp), allocatable :: of_elements(:)
+    !! (n_elements) as of stiffness_of_elements, for the rounding of forces [force/length]
   contains
     final :: release_inverse
   end type linearisation_t
@@ -105,6 +108,8 @@ contains
     integer :: n_stiffnesses, n_schur
 
     if (.not. associated(body%inverse)) call begin_linearisation(body)
+    if (.not. allocated(body%of_elements)) body%of_elements = stiffness_of_elements(scene%mesh, &
+      scene%materials)
     body%inverse%factor%precision = choices%precision
     call hold_bodies(scene, points, body, error)
     if (allocated(error)) return
