@@ -26,8 +26,9 @@ module increment_notes_mod
   use law_limits_mod, only: stretched_t
   use yielded_bodies_mod, only: yielded_t
   use sector_slips_mod, only: past_side_t
-  use refuse_unsolved_mod, only: inside_in_words, nodes_in_words, stretches_in_words, &
-    neo_hooke_in_words, unstable_in_words
+  use refuse_contact_mod, only: inside_in_words, nodes_in_words
+  use refuse_shapes_mod, only: stretches_in_words, neo_hooke_in_words
+  use refuse_unstable_mod, only: unstable_in_words
   implicit none
   private
 

@@ -44,10 +44,12 @@ module judge_increment_mod
   use checkpoint_mod, only: progress_t, start_shadows
   use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
     measure_stress, bound_theory
-  use refuse_unsolved_mod, only: hint_t, refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_inside, refuse_folded_through, refuse_inverted, &
-    refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_gained_energy, refuse_lost_law, &
-    refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle
+  use refuse_unsolved_mod, only: hint_t, refuse_unsolved
+  use refuse_contact_mod, only: refuse_missed_contact, refuse_unfelt_overlap, refuse_inside, &
+    refuse_folded_through, refuse_deep_overlap, nearest_in_words
+  use refuse_shapes_mod, only: refuse_inverted, refuse_folded, refuse_lost_law
+  use refuse_energy_mod, only: refuse_lost_energy, refuse_gained_energy, refuse_jump
+  use refuse_unstable_mod, only: refuse_unstable, unstable_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &

@@ -1,46 +1,32 @@
-!> What ends a run that found no solution, in words.
+!> An increment that did not converge or is not certified ends a run: why, in words.
 module refuse_unsolved_mod
   use kinds_mod, only: wp, i8
   use resource_limits_mod, only: has_memory
-  use errors_mod, only: error_t, raise, exit_not_solved
-  use text_mod, only: to_text, counted, percent
+  use errors_mod, only: error_t
+  use text_mod, only: to_text
   use sorting_mod, only: sort_unique
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
-  use controls_mod, only: local_uzawa, solver_sweeps, solver_auto, &
-    precision_in_words, is_exact, compliance_products
+  use controls_mod, only: local_uzawa, solver_sweeps, solver_auto, precision_in_words, is_exact, &
+    compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t, increment_name
-  use increment_report_mod, only: increment_report_t, has_converged, is_solved, &
-    contact_fields_t, certificate_t, worst_entry, ended_well, ended_at_limit, ended_stalled, &
-    ended_unbalanced, ended_moving, ended_passed, ended_inverted, ended_out_of_balance, &
-    ended_indefinite
+  use increments_mod, only: increment_t
+  use increment_report_mod, only: increment_report_t, has_converged, is_solved, contact_fields_t, &
+    certificate_t, worst_entry, ended_well, ended_at_limit, ended_stalled, ended_unbalanced, &
+    ended_moving, ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
-  use mesh_mod, only: mesh_t, kind_c3d8
-  use cells_mod, only: hexahedron_20_reduced
-  use connectivity_mod, only: corners_in
+  use mesh_mod, only: mesh_t
   use inverted_elements_mod, only: jacobians_of
   use placement_mod, only: no_gap
-  use stability_mod, only: stability_t
-  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
-    entered_and_left
-  use nodes_behind_mod, only: node_behind_t
-  use bodies_inside_mod, only: inside_t
-  use elasticity_mod, only: elasticity_t, bulk_modulus
-  use law_limits_mod, only: stretched_t
   use console_mod, only: solver_name
+  use name_refusal_mod, only: raise_at, node_name
   implicit none
   private
 
-  public :: hint_t, refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_gained_energy, refuse_lost_law, &
-    refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
-    nodes_in_words, stretches_in_words, neo_hooke_in_words, tolerance_in_reach, &
-    next_tolerance, refuse_inside, refuse_folded_through, inside_in_words
+  public :: hint_t, refuse_unsolved, tolerance_in_reach, next_tolerance
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
   ! 7e6 and 7e9 [-]
@@ -284,15 +270,6 @@ contains
 
   end subroutine refuse_unsolved
 
-  !> An error that says in which increment it is.
-  pure subroutine raise_at(increment, error, words)
-    type(increment_t), intent(in) :: increment
-    type(error_t), allocatable, intent(out) :: error
-    character(*), intent(in) :: words
-
-    call raise(error, exit_not_solved, increment_name(increment)//': '//words)
-  end subroutine raise_at
-
   !> Where the largest reactions belong to one node and balance one another, in words; else ''.
   !>
   !> The cones of friction of two contacts may hold opposite forces. Reactions can then be added to
@@ -357,351 +334,7 @@ contains
     end if
   end function torn_in_words
 
-  !> "node 17", of a contact point.
-  pure function node_name(scene, points, point) result(name)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: point
-    character(:), allocatable :: name
-
-    name = 'node '//to_text(scene%mesh%node_id(points%node(point)))
-  end function node_name
-
-  !> A contact that lies between the nodes ends the run: no force would answer it.
-  subroutine refuse_missed_contact(scene, increment, entries, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    type(entries_t), intent(in) :: entries !! of the increment
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: obstacle, face
-    real(wp) :: needed !! edge of a square whose corners are as deep as its middle [length]
-
-    associate (missed => entries%missed)
-      if (.not. missed%depth > 0.0_wp) return
-      needed = 0.0_wp
-      if (entries%how == entered_at_end) needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs( &
-        missed%pair)%master)%radius*missed%depth)
-      obstacle = master_name(scene, missed%pair)
-      face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
-        missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
-    end associate
-    select case (entries%how)
-    case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
-        'without contact: contact is missed; use '
-      if (entries%passed%depth > 0.0_wp) face = face//'smaller increments, or '
-      face = face//'smaller elements'
-    case (entered_and_left)
-      face = obstacle//' was '//face//' when the increment began, and has left it without '// &
-        'touching a node: contact is missed; use smaller elements, or smaller increments'
-    case default
-      face = obstacle//' is '//face//', but no node of that face or of its neighbours touches '// &
-        'it: contact is missed; use smaller elements, with edges below about '// &
-        to_text(needed, 2)//', or smaller increments'
-    end select
-    call raise_at(increment, error, face)
-  end subroutine refuse_missed_contact
-
-  !> So does one that the means over faces do not feel.
-  subroutine refuse_unfelt_overlap(scene, increment, unfelt, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    type(face_entry_t), intent(in) :: unfelt !! at the end of a *STEP
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: advice
-
-    advice = 'smaller elements'
-    associate (pair => scene%pairs(unfelt%pair))
-      if (pair%master == 0) advice = master_name(scene, unfelt%pair)//' as the slave, or '//advice
-      call raise_at(increment, error, master_name(scene, unfelt%pair)//' is '// &
-        to_text(unfelt%depth, 3)//' deep into the face of '//nodes_in_words(scene, unfelt%nodes)// &
-        ' of '//scene%surfaces(pair%surface)%name//', but no node of that face or of its '// &
-        'neighbours touches it: contact is missed; use '//advice)
-    end associate
-  end subroutine refuse_unfelt_overlap
-
-  !> An element that is inside out ends the run: no theory has such a body.
-  subroutine refuse_inverted(scene, increment, element, least, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: element
-    real(wp), intent(in) :: least !! det(I + grad u) [-]
-    type(error_t), allocatable, intent(out) :: error
-
-    call raise_at(increment, error, 'element '//to_text(scene%mesh%element_id(element))// &
-      ' is turned inside out, det(I + grad u) = '//to_text(least, 2)//': the body would go '// &
-      'through itself, far beyond small strain; check loads, prescribed displacements '// &
-      'and units')
-  end subroutine refuse_inverted
-
-  !> A law that has lost its ellipticity ends the run: what follows depends on the mesh.
-  subroutine refuse_lost_law(scene, increment, lost, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    type(stretched_t), intent(in) :: lost
-    type(error_t), allocatable, intent(out) :: error
-
-    associate (material => scene%materials(scene%mesh%material(lost%element)))
-      call raise_at(increment, error, 'the law of material '//material%name//' does not hold '// &
-        'in element '//to_text(scene%mesh%element_id(lost%element))//', stretched by '// &
-        stretches_in_words(lost%stretch)//': it has lost its ellipticity (its acoustic tensor '// &
-        'is not positive), and a layer of elements collapses or tears; smaller increments do '// &
-        'not help; '//neo_hooke_in_words(material%law%elastic)//' holds at all stretches')
-    end associate
-  end subroutine refuse_lost_law
-
-  !> "0.702, 1 and 1".
-  pure function stretches_in_words(stretch) result(words)
-    real(wp), intent(in) :: stretch(3) !! the largest first [-]
-    character(:), allocatable :: words
-
-    words = to_text(stretch(3), 3)//', '//to_text(stretch(2), 3)//' and '//to_text(stretch(1), 3)
-  end function stretches_in_words
-
-  !> The neo-Hookean law of an elasticity, as a deck has it.
-  pure function neo_hooke_in_words(elastic) result(words)
-    type(elasticity_t), intent(in) :: elastic
-    character(:), allocatable :: words
-
-    words = '*HYPERELASTIC, NEO HOOKE with C10 = '//to_text(0.5_wp*elastic%shear, 4)// &
-      ' and D1 = '//to_text(2.0_wp/bulk_modulus(elastic), 4)
-  end function neo_hooke_in_words
-
-  !> Bodies that begin deeper in one another than the elements there are thick end the run.
-  subroutine refuse_deep_overlap(scene, points, increment, point, depth, element, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: point
-    real(wp), intent(in) :: depth  !! before the first step [length]
-    integer, intent(in) :: element !! behind the face
-    type(error_t), allocatable, intent(out) :: error
-
-    call raise_at(increment, error, node_name(scene, points, point)// &
-      ' of '//scene%pairs(points%pair(point))%name//' begins '//to_text(depth, 3)// &
-      ' inside its master, which is more than element '// &
-      to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
-      'or close the overlap with ADJUST= of *CONTACT PAIR')
-    error%n_meshes = 1
-  end subroutine refuse_deep_overlap
-
-  !> A body inside another ends the run where everything may touch everything, but for what the deck
-  !> leaves out.
-  subroutine refuse_inside(scene, increment, inside, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    type(inside_t), intent(in) :: inside
-    type(error_t), allocatable, intent(out) :: error
-
-    character(:), allocatable :: advice
-
-    advice = 'give their surfaces a *CONTACT PAIR of their own, or name them by *CONTACT '// &
-      'EXCLUSIONS if they may overlap'
-    if (inside%pair > 0) advice = 'use smaller elements'
-    if (scene%mesh%piece(inside%node) == inside%piece) advice = 'use smaller increments, or '// &
-      'smaller elements'
-    call raise_at(increment, error, inside_in_words(scene, inside)//': contact is missed; '//advice)
-  end subroutine refuse_inside
-
-  !> So does a body that has gone through itself.
-  subroutine refuse_folded_through(scene, increment, node, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: node !! that has
-    type(error_t), allocatable, intent(out) :: error
-
-    call raise_at(increment, error, 'node '//to_text(scene%mesh%node_id(node))//' of '// &
-      piece_name(scene, scene%mesh%piece(node))//' goes through a wall of its own body within '// &
-      'the increment: contact is missed; use smaller increments')
-  end subroutine refuse_folded_through
-
-  !> "node 17 of UP is 0.2 inside LOW, where no contact pair keeps it out"; "the edge of nodes 3 and
-  !> 4 of UP is 0.1 inside LOW, and no node of S:M feels it".
-  pure function inside_in_words(scene, inside) result(words)
-    type(scene_t), intent(in) :: scene
-    type(inside_t), intent(in) :: inside
-    character(:), allocatable :: words
-
-    words = 'node '//to_text(scene%mesh%node_id(inside%node))
-    if (inside%other_node > 0) words = 'the edge of nodes '//to_text(scene%mesh%node_id( &
-      inside%node))//' and '//to_text(scene%mesh%node_id(inside%other_node))
-    words = words//' of '//piece_name(scene, scene%mesh%piece(inside%node))//' is '// &
-      to_text(inside%depth, 3)//' inside '
-    if (scene%mesh%piece(inside%node) == inside%piece) then
-      words = words//'its own body'
-    else
-      words = words//piece_name(scene, inside%piece)
-    end if
-    if (inside%pair > 0) then
-      words = words//', and no node of '//scene%pairs(inside%pair)%name//' feels it'
-    else if (scene%mesh%piece(inside%node) /= inside%piece) then
-      words = words//', where no contact pair keeps it out'
-    end if
-  end function inside_in_words
-
-  !> The first element set that is a piece of the mesh; else the body of a node.
-  pure function piece_name(scene, piece) result(name)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: piece
-    character(:), allocatable :: name
-    integer :: k
-
-    associate (connectivity => scene%mesh%connectivity)
-      associate (pieces => scene%mesh%piece(connectivity%node(connectivity%first( &
-                 :scene%mesh%n_elements))))
-        do k = 1, size(scene%element_sets)
-          associate (members => scene%element_sets(k)%members)
-            if (size(members) /= count(pieces == piece)) cycle
-            if (any(pieces(members) /= piece)) cycle
-          end associate
-          name = scene%element_sets(k)%name
-          return
-        end do
-      end associate
-    end associate
-    name = 'the body of node '//to_text(scene%mesh%node_id(findloc(scene%mesh%piece, piece, dim=1)))
-  end function piece_name
-
-  !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
-  !> pressure is computed over it.
-  subroutine refuse_folded(scene, points, increment, point, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: point !! as of certificate_t
-    type(error_t), allocatable, intent(out) :: error
-
-    if (point == 0) return
-    call raise_at(increment, error, 'at '//node_name(scene, points, point)//' of '// &
-      scene%pairs(points%pair(point))%name//' a face is folded, or one before it: seen along '// &
-      'the normal of the first surface a corner points inwards, and contact cannot be '// &
-      'computed there; less motion, less load, or other faces')
-  end subroutine refuse_folded
-
-  !> Energy that contact gives or takes along the path, and that smaller increments do not make
-  !> smaller, ends the run. docs/theory.md (6.5).
-  subroutine refuse_lost_energy(increment, report, error)
-    type(increment_t), intent(in) :: increment
-    type(increment_report_t), intent(in) :: report
-    type(error_t), allocatable, intent(out) :: error
-
-    associate (left => report%left_over, strain => report%energy%strain)
-      if (.not. left(1) > 0.0_wp) return
-      call raise_at(increment, error, 'contact gains or loses '//to_text(left(1), 2)// &
-        ' of energy that is neither work nor friction, beside a strain energy of '// &
-        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
-        'size: points pass edges or their master turns too far; use much smaller increments, '// &
-        'or another mesh')
-    end associate
-  end subroutine refuse_lost_energy
-
-  !> Bodies must not gain energy that nothing has given them.
-  subroutine refuse_gained_energy(mesh, increment, report, error)
-    type(mesh_t), intent(in) :: mesh
-    type(increment_t), intent(in) :: increment
-    type(increment_report_t), intent(in) :: report
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: most = 0.03_wp !! of the largest energy so far [-]
-
-    character(:), allocatable :: whom, given
-
-    if (max(report%energy%risen, report%energy%risen_of_one) <= most) return
-    whom = 'the bodies'
-    given = percent(report%energy%risen)//' of their'
-    if (report%energy%risen <= most) then
-      whom = 'the body of node '//to_text(mesh%node_id(findloc(mesh%body, &
-        report%energy%risen_body, dim=1)))
-      given = percent(report%energy%risen_of_one)//' of its'
-    end if
-    call raise_at(increment, error, 'contact and the scheme in time have given '//whom//' '//given &
-      //' largest energy, and in nature they give none: increments no longer than an element '// &
-      'over the speed of sound give less, and an ALPHA of *DYNAMIC below 0 takes some')
-  end subroutine refuse_gained_energy
-
-  !> An equilibrium that the least disturbance leaves is not what a body does.
-  subroutine refuse_unstable(mesh, increment, stability, error)
-    type(mesh_t), intent(in) :: mesh
-    type(increment_t), intent(in) :: increment
-    type(stability_t), intent(in) :: stability !! with unstable motions
-    type(error_t), allocatable, intent(out) :: error
-
-    call raise_at(increment, error, 'the equilibrium is unstable'//unstable_in_words(stability))
-    error%n_meshes = meshes_that_buckle(mesh)
-  end subroutine refuse_unstable
-
-  !> How many meshes have to buckle until all finer ones do. Those are softer, so one is enough, but
-  !> for elements that may be too soft where they are large.
-  pure integer function meshes_that_buckle(mesh) result(n)
-    type(mesh_t), intent(in) :: mesh
-
-    n = merge(1, 2, all(mesh%element_kind == kind_c3d8 .and. mesh%connectivity%cell /= &
-      hexahedron_20_reduced))
-  end function meshes_that_buckle
-
-  !> A solution beyond which the one before does not go on.
-  subroutine refuse_jump(increment, lost, strain, error)
-    type(increment_t), intent(in) :: increment
-    real(wp), intent(in) :: lost, strain !! energy that is lost, and of the strains [energy]
-    type(error_t), allocatable, intent(out) :: error
-
-    call raise_at(increment, error, 'the solution jumps: '//to_text(lost, 2)//' of energy is '// &
-      'neither work nor friction, beside a strain energy of '//to_text(strain, 2)// &
-      ', however small the increment. The body snaps over to another shape, or a surface slips '// &
-      'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
-      '  Prescribed motions instead of forces, a finer mesh at edges, or a step that ends '// &
-      'before, may avoid it')
-    error%n_meshes = 2
-  end subroutine refuse_jump
-
-  !> Which node that contact does not see has come near an obstacle, and what to do; '' if none.
-  pure function nearest_in_words(scene, nearest) result(words)
-    type(scene_t), intent(in) :: scene
-    type(node_behind_t), intent(in) :: nearest
-    character(:), allocatable :: words
-
-    words = ''
-    if (nearest%node == 0) return
-    associate (surface => scene%surfaces(scene%pairs(nearest%pair)%surface)%name)
-      words = new_line('a')//'  Node '//to_text(scene%mesh%node_id(nearest%node))// &
-        ' has come to '//to_text(max(0.0_wp, -nearest%depth), 2)//' of '//master_name(scene, &
-        nearest%pair)//', and its faces are not in '//surface//': add all faces that may touch '// &
-        'to '//surface
-    end associate
-  end function nearest_in_words
-
-  !> In how many ways an equilibrium is unstable, and what may be done.
-  pure function unstable_in_words(stability) result(words)
-    type(stability_t), intent(in) :: stability
-    character(:), allocatable :: words
-
-    words = ' ('//counted(stability%n_unstable, 'motion')//' of the body would release '// &
-      'energy): it buckles'
-    if (stability%by_element) then
-      words = words//', or the elements do: C3D8I instead of C3D8B, or smaller strains, tell'
-    else
-      words = words//'; a small imperfection of its shape or a small force across it leads to '// &
-        'the stable equilibrium'
-    end if
-  end function unstable_in_words
-
-  !> "nodes 1, 2, 11 and 10".
-  pure function nodes_in_words(scene, nodes) result(words)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: nodes(:) !! of a face; what is behind those of a triangle is left out
-    character(:), allocatable :: words
-    integer :: k, n
-
-    n = corners_in(nodes)
-    if (nodes(n) == nodes(n - 1)) n = n - 1
-    associate (id => scene%mesh%node_id)
-      words = 'nodes '//to_text(id(nodes(1)))
-      do k = 2, n - 1
-        words = words//', '//to_text(id(nodes(k)))
-      end do
-      words = words//' and '//to_text(id(nodes(n)))
-    end associate
-  end function nodes_in_words
-
+  !> The errors of a certificate, in words; those that are rare only where there are any.
   pure function certificate_in_words(c) result(words)
     type(certificate_t), intent(in) :: c
     character(:), allocatable :: words
