@@ -31,7 +31,7 @@ SEES_ONLY = {
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 PLAN = "model/plan.f90"
-PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
+PLAN_ROOMS = {"model", "plan", "results", "progress", "acceptance", "run"}
 # Words that stand in these files alone: what they mean is decided there.
 WORDS = {
     r"obstacle_(plane|sphere|cylinder|facets)|obstacles?(\(\w+\))?%kind": {

@@ -157,7 +157,7 @@ end module mesh_mod
         "certificate/certificate", "  use mesh_mod, only: n_mesh"
     )
     tree["increment/advance.f90"] = module(
-        "increment/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
+        "increment/advance", "  use mesh_mod, only: n_mesh\n  use solve_mod, only: n_solve"
     )
     tree["run/run.f90"] = module("run/run", "  use fclib_mod, only: n_fclib")
     tree["CMakeLists.txt"] = rooms()
@@ -289,9 +289,8 @@ class CheckLayers(unittest.TestCase):
 
     def test_who_sees_the_plan(self) -> None:
         use = "  use plan_mod, only: n_plan"
-        self.plant("increment/advance", use)
         self.plant("run/run", use)
-        for path in ("deck/reader", "equations/metis_graph"):
+        for path in ("deck/reader", "equations/metis_graph", "increment/advance"):
             room = path.rpartition("/")[0]
             self.plant(path, use, f"use of plan_mod: {room} may not see the plan")
 

@@ -50,7 +50,9 @@ CASES = {
     "certificate": ["case_interference", "case_dynamics Steps"],
     "console": ["case_signals Signals.test_what_it_says_can_be_given_to_a_shell"],
     "equations": ["case_savings"],
-    "increment": ["case_stability", "case_dynamics Steps"],
+    "estimates": ["case_stability"],
+    "increment": ["case_dynamics Steps"],
+    "load_step": ["case_dynamics Steps"],
     "plan": ["case_plan Refused Chosen"],
     "run": ["case_savings"],
 }
