@@ -437,10 +437,10 @@ contains
     type(instance_t), intent(in) :: instance
     integer, intent(in) :: sweep
     character(:), allocatable :: text
-    real(wp) :: x(3, 3) !! the origin, points of the x and y axes, or one of the z axis
+    real(wp) :: x(3, 3) !! the origin, points of the x axis and against the z axis, or one of it
     integer :: i, j
 
-    x = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [3, 3])
+    x = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], [3, 3])
     if (sweep == about_axis) x(:, 2) = [0.0_wp, 0.0_wp, 1.0_wp]
     text = ''
     do j = 1, merge(2, 3, sweep == about_axis)

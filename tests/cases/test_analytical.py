@@ -29,8 +29,9 @@ A-ZMAX, 1, 3
 HUB, 3, 3, 0.01
 *END STEP
 """
-# Axes below the cube: x stays, y is up; of what is turned z is up. The body is to the left.
-SWEPT = "CYLINDER, NAME=TOOL\n0.5, 0.5, -2., 1.5, 0.5, -2., 0.5, 0.5, -1.\n"
+# Axes below the cube: x stays, y is up, and what is swept goes against z; of what is turned z is
+# up. The body is to the left.
+SWEPT = "CYLINDER, NAME=TOOL\n0.5, 0.5, -2., 1.5, 0.5, -2.\n0.5, 1.5, -2.\n"
 TURNED = "REVOLUTION, NAME=TOOL\n0.5, 0.5, -2., 0.5, 0.5, -1.\n"
 PLANE = "PLANE, REF NODE=900\n0., 0., 0., 0., 0., 1.\n"
 SHAPES = (

@@ -254,7 +254,8 @@ S
 """
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
-PLACES = {"anywhere": "anywhere", "model": "before the first step", "step": "in a step"}
+PLACES = {"anywhere": "anywhere", "model": "before the first step", "step": "in a step",
+          "model or first step": "before the first step, or in it"}
 # Cards that DECK has not: they are checked, and change nothing, or do not go with others of it.
 UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR", "CONTACT INITIALIZATION DATA", "DYNAMIC"}
 

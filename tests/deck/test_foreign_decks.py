@@ -82,6 +82,29 @@ class SameDeck(unittest.TestCase):
     def test_sets_inside_a_step(self):
         self.check(sets="*NSET, NSET=PART, FREQUENCY=1\n1, 2\n*ELSET, ELSET=PIECE\n1\n")
 
+    def test_contact_in_the_first_step(self):
+        """General contact and its interactions, as Abaqus writes them for explicit steps."""
+        begin = "*SURFACE INTERACTION, NAME=DRY\n*FRICTION\n{friction}\n{pairs}\n"
+        late = "*SURFACE INTERACTION, NAME=LATE\n*FRICTION\n0.3\n"
+        pairs = "*CONTACT PAIR, INTERACTION=LATE\nLEFT-ZMIN, FLOOR\nRIGHT-ZMIN, FLOOR\n"
+        general = (
+            "*CONTACT, OP=NEW\n*CONTACT INCLUSIONS\nLEFT-ZMIN, FLOOR\nRIGHT-ZMIN, FLOOR\n"
+            "*CONTACT PROPERTY ASSIGNMENT\n, , LATE\n*BULK VISCOSITY\n0.06, 1.2\n"
+        )
+        found = []
+        for contact in (pairs, general):
+            deck = DECK.replace(begin, "").replace("{sets}", "{sets}" + late + contact)
+            run = Run(deck.format(**PLAIN), name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found.append([pair.resultant[-1] for pair in result.pairs.values()])
+        np.testing.assert_array_equal(found[0], self.expected)
+        np.testing.assert_allclose(found[1], self.expected, rtol=1e-9, atol=1e-9)
+
+    def test_remarks_below_parameter(self):
+        self.check(elastic="1000., 0.3\n*PARAMETER\n# of one edge\nmu = 0.3 # dry",
+                   friction="<mu>")  # fmt: skip
+
     def test_orientations_of_isotropic_materials(self):
         output = self.check(
             static="1., 1.\n*EL FILE, POSITION=NODES\nS",

@@ -347,27 +347,40 @@ contains
     end if
   end function are_one
 
-  !> A first line with the axes: nine numbers; of a REVOLUTION six, the origin and a point of the z
-  !> axis.
+  !> The axes in front of a profile: nine numbers, the last three of them on this line or on the
+  !> next; of a REVOLUTION six, the origin and a point of the z axis. A profile is swept against its
+  !> z axis, as Abaqus does it.
   subroutine read_axes(reader, card, fields, origin, axes, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    type(fields_t), intent(in) :: fields
+    type(fields_t), intent(inout) :: fields !! the first line; the last one that was read
     real(wp), intent(inout) :: origin(3), axes(3, 3)
     logical, intent(out) :: ok
-    real(wp) :: value(most_fields), x(3), y(3), z(3)
-    integer :: wanted, i
+    real(wp) :: value(most_fields), x(3), y(3)
+    integer :: wanted, status, n, i
+    logical :: found
 
     wanted = merge(9, 6, analytical_type(reader, card) == along_axis)
-    ok = fields%n == wanted
-    do i = 1, min(fields%n, wanted)
-      if (ok) call real_field(reader, fields, i, 'a coordinate', value(i), ok)
+    n = 0
+    ok = .true.
+    do
+      do i = 1, min(fields%n, wanted - n)
+        if (ok) call real_field(reader, fields, i, 'a coordinate', value(n + i), ok)
+      end do
+      n = n + fields%n
+      if (n /= 6 .or. wanted == 6) exit
+      call next_data_line(reader, card, fields, found, most_fields, 'a point along which it is '// &
+        'swept')
+      if (.not. found) exit
+      call read_real(field_text(reader, fields, 1), value(7), status)
+      if (status /= number_ok) exit
     end do
-    if (fields%n /= wanted) then
-      if (wanted == 9) call report(reader, fields%start, 'axes of a profile need nine numbers: '// &
-        'the origin, a point of the local x axis, and one of the local y axis')
-      if (wanted == 6) call report(reader, fields%start, 'the axis of a profile needs six '// &
-        'numbers: its origin, and a point of the axis')
+    if (n /= wanted) then
+      if (ok .and. wanted == 9) call report(reader, fields%start, 'axes of a profile need nine '// &
+        'numbers: the origin, a point of the local x axis, and one along which it is swept')
+      if (ok .and. wanted == 6) call report(reader, fields%start, 'the axis of a profile needs '// &
+        'six numbers: its origin, and a point of the axis')
+      ok = .false.
     end if
     if (.not. ok) return
     origin = value(:3)
@@ -376,13 +389,12 @@ contains
       ok = norm2(x) > 0.0_wp
       if (ok) axes(:, 3) = x/norm2(x)
     else
-      y = value(7:9) - origin
-      z = cross(x, y)
-      ok = norm2(z) > 0.0_wp
+      y = cross(x, value(7:9) - origin)
+      ok = norm2(y) > 0.0_wp
       if (ok) then
         axes(:, 1) = x/norm2(x)
-        axes(:, 3) = z/norm2(z)
-        axes(:, 2) = cross(axes(:, 3), axes(:, 1))
+        axes(:, 2) = y/norm2(y)
+        axes(:, 3) = cross(axes(:, 1), axes(:, 2))
       end if
     end if
     if (.not. ok) call report(reader, fields%start, 'the points of the axes are in one place, '// &

@@ -51,7 +51,10 @@ contains
         call allow_options(reader, card)
         call add_named(reader, card, interactions%names, name)
         call skip_thickness(reader, card)
-      else if (reader%cards(k)%keyword == 'FRICTION' .and. reader%cards(k)%step == 0) then
+      else if (reader%cards(k)%keyword == 'FRICTION') then
+        if (k > 1) then
+          if (reader%cards(k - 1)%keyword == 'CHANGE FRICTION') cycle
+        end if
         call open_card(reader, k, card)
         call find_owner(reader, interactions%names, card, has_friction, n)
         if (n > 0) call read_friction(reader, card, interactions%mu(n), interactions%law(n))

@@ -236,6 +236,9 @@ contains
     do i = 1, size(hyperelastic_laws)
       call flag_option(reader, card, trim(hyperelastic_laws(i)%name), is_named(i))
     end do
+    if (card%n_options == count([has_option(card, 'N'), has_option(card, 'TEST DATA INPUT')])) then
+      is_named = hyperelastic_laws%name == 'POLYNOMIAL'
+    end if
     if (count(is_named) /= 1) then
       ! Options that are not known are meant for it.
       call report(reader, card%position, '*HYPERELASTIC needs one law: '// &
@@ -243,6 +246,7 @@ contains
       return
     end if
     call allow_options(reader, card)
+    if (has_option(card, 'TEST DATA INPUT')) return ! there are no constants, which is reported
     law = hyperelastic_laws(findloc(is_named, .true., dim=1))
     n = 1
     call integer_option(reader, card, 'N', 1, huge(1), n, is_read)
@@ -270,7 +274,7 @@ contains
     end if
     if (constants(n) <= 0.0_wp) call report(reader, field_position(reader, fields, n), &
       'D1 must be positive, not '//quoted(field_text(reader, fields, n)), '2/D1 is the bulk '// &
-      'modulus: an incompressible material is approached by a small D1')
+      'modulus K: an incompressible material is approached by a small D1'//as_elsewhere(shear, of))
     if (.not. (shear > 0.0_wp .and. constants(n) > 0.0_wp)) return
     if (law%computed == 'YEOH') then
       material%law = new_law('YEOH', [constants(:n - 1), spread(0.0_wp, 1, 4 - n), constants(n)])
@@ -307,6 +311,19 @@ contains
     end select
     of%n_needed = findloc(of%symbols, bulk(1), dim=1)
   end function constants_of
+
+  !> What CalculiX (nu = 0.475) and explicit steps of Abaqus take D1 = 0 for: K of about twenty
+  !> shear moduli.
+  pure function as_elsewhere(sum_of_law, of) result(text)
+    real(wp), intent(in) :: sum_of_law !! of its constants, as `of%sum` says
+    type(constants_of_law_t), intent(in) :: of
+    character(:), allocatable :: text
+
+    text = ''
+    if (sum_of_law <= 0.0_wp) return
+    text = '; D1 = '//to_text(0.1_wp/(sum_of_law*merge(1.0_wp, 2.0_wp, of%every == 2)), 3)// &
+      ' makes K twenty times the shear modulus, about what CalculiX takes in place of 0'
+  end function as_elsewhere
 
   !> "C10 + C01".
   pure function with_plus(symbols) result(text)

@@ -257,8 +257,9 @@ contains
 
     if (model%mesh%plane /= solids) then
       call report(reader, body%card_position, '*RIGID BODY of facets is not available with '// &
-        'elements of a plane: an obstacle is a plane or a cylinder (*OBSTACLE), or a rigid '// &
-        'body of elements of a plane')
+        'elements of a plane: a rigid body there consists of such elements or is a profile', &
+        '*SURFACE, TYPE=SEGMENTS has the lines of the profile, and ANALYTICAL SURFACE= of '// &
+        '*RIGID BODY moves it')
     else if (.not. body%has_ref) then
       call report(reader, body%card_position, '*RIGID BODY needs REF NODE= if it consists '// &
         'of facets')

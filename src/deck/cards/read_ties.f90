@@ -16,7 +16,7 @@ module read_ties_mod
   use read_surface_behavior_mod, only: is_tied
   use sets_mod, only: find_set, model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
-    surface_list_t
+    has_facets, surface_list_t
   use surfaces_mod, only: bare_nodes
   use ties_mod, only: check_tie, tie_t
   implicit none
@@ -137,6 +137,13 @@ contains
       call find_surface_or_set(reader, model, field_position(reader, fields, i), word, surfaces, &
         index)
       if (index == 0) return
+      if (has_facets(surfaces, index)) then
+        call report(reader, field_position(reader, fields, i), what//' '//quoted(word)// &
+          ' of a tie consists of facets of a rigid body: only surfaces of elements can be tied', &
+          'TIE NSET= of the *RIGID BODY joins a set of nodes to it')
+        index = 0
+        return
+      end if
       call find_faces_of_nodes(reader, model, surfaces, index)
       if (surfaces%flawed(index) .or. any_mistakes(reader%diagnostics)) then
         index = 0

@@ -7,7 +7,7 @@ module rigid_facets_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
   use mesh_draft_mod, only: is_connector, mesh_draft_t, no_facet, not_a_coordinate, &
-    refused_element, rigid_facet, shell_facet
+    refused_element, rigid_facet, shell_facet, solids
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use read_rigid_bodies_mod, only: rigid_bodies_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -75,6 +75,10 @@ contains
     do i = 1, size(facets)
       associate (f => facets(i), draft => model%mesh)
         if (bodies%of_facet(f) == b) cycle ! named twice
+        if (draft%plane /= solids) then
+          bodies%of_facet(f) = b ! that a plane has no facets is reported with the rigid body
+          cycle
+        end if
         if (bodies%of_facet(f) > 0) then
           problem = 'belongs to the rigid bodies of '// &
             quoted(bodies%list(bodies%of_facet(f))%set)//' and '//quoted(bodies%list(b)%set)

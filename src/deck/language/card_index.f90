@@ -1,7 +1,7 @@
 !> The table of the deck as JSON, for editors and for the card index of docs/deck.md.
 module card_index_mod
-  use deck_table_mod, only: anywhere, deck_table, in_model, is_checked, is_ignored, is_read, &
-    item_t, rule_t, split_at, split_items
+  use deck_table_mod, only: anywhere, deck_table, in_model, in_model_or_first_step, is_checked, &
+    is_ignored, is_read, item_t, rule_t, split_at, split_items
   use text_mod, only: string_t
   implicit none
   private
@@ -29,6 +29,7 @@ contains
 
     place = 'step'
     if (rule%place == in_model) place = 'model'
+    if (rule%place == in_model_or_first_step) place = 'model or first step'
     if (rule%place == anywhere) place = 'anywhere'
     reading = 'refused'
     if (rule%reading == is_read .or. rule%reading == is_checked) reading = 'read'

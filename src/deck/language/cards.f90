@@ -7,9 +7,9 @@
 module cards_mod
   use deck_source_mod, only: place_of, place_t, source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
-  use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
-    is_other_step, is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, &
-    says, split_items
+  use deck_table_mod, only: find_rule, in_model, in_model_or_first_step, in_step, is_ignored, &
+    is_missing, is_outside, is_other_step, is_procedure, item_t, keyword_names, max_keyword, &
+    rule_of, rule_t, same_word, says, split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   use text_mod, only: to_text
@@ -264,16 +264,26 @@ contains
       else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
         call report(reader, star, '*BOUNDARY belongs before the first *STEP or in a step')
         card%keyword = ''
-      else if (keyword%name == 'CONTACT PAIR' .and. (step > 1 .or. (step == 1 .and. &
+      else if (keyword%place == in_model_or_first_step .and. (step > 1 .or. (step == 1 .and. &
         open_step == 0))) then
-        call report(reader, star, '*CONTACT PAIR belongs before the first *STEP or into it', &
-          'define it there; *MODEL CHANGE, TYPE=CONTACT PAIR with REMOVE takes it out of the '// &
-          'first step, and with ADD puts it into a later one')
+        if (.not. follows_change()) call report(reader, star, '*'//trim(keyword%name)// &
+          ' belongs before the first *STEP or into it', when_later(keyword%name))
         card%keyword = ''
       else if (keyword%name == 'END STEP') then
         open_step = 0
       end if
     end subroutine enter
+
+    !> How what a card makes can begin with a later step; empty where it cannot.
+    pure function when_later(name) result(hint)
+      character(*), intent(in) :: name
+      character(:), allocatable :: hint
+
+      hint = ''
+      if (name == 'CONTACT PAIR') hint = 'define it there; *MODEL CHANGE, TYPE=CONTACT PAIR '// &
+        'with REMOVE takes it out of the first step, and with ADD puts it into a later one'
+      if (name == 'FRICTION') hint = 'in a later step it belongs below a *CHANGE FRICTION'
+    end function when_later
 
     !> Whether the card before is a *CHANGE FRICTION, to which a *FRICTION in a step belongs.
     logical function is_below_change_friction()
@@ -386,12 +396,35 @@ contains
         if (.not. is_data_line(reader%source, line)) cycle
         if (.not. keep_reading(reader)) return
         first = first_letter(reader%source, line)
-        last = reader%source%first(line + 1) - 2
+        last = first - 1 + without_remark(reader%source%text(first:reader%source%first(line + 1) &
+          - 2))
+        if (last < first) cycle
         call define_parameter(reader%source%text(first:last), first, reader%parameters, problem, at)
         if (allocated(problem)) call report(reader, first + at - 1, problem)
       end do
     end do
   end subroutine read_parameters
+
+  !> How many letters of a line below *PARAMETER stand before a remark, which Python begins with a
+  !> # that is not in quotes.
+  pure integer function without_remark(line) result(n)
+    character(*), intent(in) :: line
+    character :: quote
+    integer :: i
+
+    quote = ' '
+    n = len(line)
+    do i = 1, len(line)
+      if (quote /= ' ') then
+        if (line(i:i) == quote) quote = ' '
+      else if (line(i:i) == '"' .or. line(i:i) == "'") then
+        quote = line(i:i)
+      else if (line(i:i) == '#') then
+        n = i - 1
+        return
+      end if
+    end do
+  end function without_remark
 
   !> Cut a line at its commas; those in quotes or between < and > do not count.
   pure subroutine split_line(source, line, pieces)

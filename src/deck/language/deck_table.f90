@@ -15,8 +15,8 @@ module deck_table_mod
   private
 
   public :: rule_t, item_t, deck_table, find_rule, rule_of, keyword_names, split_items, split_at
-  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, is_checked
-  public :: is_procedure
+  public :: in_model, in_step, in_model_or_first_step, anywhere
+  public :: is_read, is_ignored, is_missing, is_outside, is_checked, is_procedure
   public :: max_keyword, is_other_step, squeeze, same_word, says, without_tabs
 
   integer, parameter :: max_keyword = 36
@@ -24,6 +24,7 @@ module deck_table_mod
   integer, parameter :: in_model = 1 !! before the first *STEP
   integer, parameter :: in_step = 2
   integer, parameter :: anywhere = 3
+  integer, parameter :: in_model_or_first_step = 4
 
   integer, parameter :: is_read = 1
   integer, parameter :: is_ignored = 2 !! with a note: it changes nothing here
@@ -35,7 +36,7 @@ module deck_table_mod
   !> A keyword, in upper case, without its star, and what belongs to it.
   type :: rule_t
     character(max_keyword) :: name
-    integer :: place                  !! in_model, in_step, anywhere
+    integer :: place                  !! in_model, in_step, in_model_or_first_step, anywhere
     integer :: reading                !! is_read, is_ignored, is_missing, ...
     character(280) :: options = ''    !! that are read
     character(140) :: ignored = ''    !! options that are ignored with a note, without values
@@ -60,6 +61,8 @@ module deck_table_mod
   character(*), parameter :: as_solids = 'mesh the part with solid elements: C3D20R or C3D10, '// &
     'or two C3D8I across a plate that bends'
   character(*), parameter :: elastic_only = 'materials are elastic'
+  character(*), parameter :: fitted = 'a law takes its constants: Abaqus prints those that it '// &
+    'fits to such data'
   character(*), parameter :: static_only = 'steps are *STATIC or *DYNAMIC'
   character(*), parameter :: no_heat = 'a known temperature acts by *EXPANSION and *TEMPERATURE'
 
@@ -121,19 +124,22 @@ module deck_table_mod
     'coefficient, temperature'), &
     rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!, ORIENTATION=name', &
     'CONTROLS', 'thickness'), &
-    rule_t('SURFACE INTERACTION', in_model, is_read, 'NAME=name!', data='thickness'), &
-    rule_t('FRICTION', in_model, is_read, 'ROUGH, TAUMAX=stress, EXPONENTIAL DECAY', &
+    rule_t('SURFACE INTERACTION', in_model_or_first_step, is_read, 'NAME=name!', &
+    data='thickness'), &
+    rule_t('FRICTION', in_model_or_first_step, is_read, 'ROUGH, TAUMAX=stress, EXPONENTIAL DECAY', &
     ignored='SLIP TOLERANCE, ELASTIC SLIP, LAGRANGE', &
     data='mu, stick slope, pressure, temperature; or mu at rest, mu of fast slip, decay'), &
-    rule_t('CONTACT PAIR', anywhere, is_read, 'INTERACTION=name!, ADJUST=distance or set, '// &
-    'SMALL SLIDING, TIED', 'TYPE, MECHANICAL CONSTRAINT, CPSET, OP, NO THICKNESS, TRACKING, '// &
-    'GEOMETRIC CORRECTION, SUPPLEMENTARY CONSTRAINTS, SMOOTH, EXTENSION ZONE', 'slave, master'), &
-    rule_t('CONTACT', in_model, is_read), &
-    rule_t('CONTACT INCLUSIONS', in_model, is_read, 'ALL EXTERIOR', data='surface, surface'), &
-    rule_t('CONTACT EXCLUSIONS', in_model, is_read, data='surface, surface'), &
-    rule_t('CONTACT PROPERTY ASSIGNMENT', in_model, is_read, &
+    rule_t('CONTACT PAIR', in_model_or_first_step, is_read, 'INTERACTION=name!, '// &
+    'ADJUST=distance or set, SMALL SLIDING, TIED', 'TYPE, MECHANICAL CONSTRAINT, CPSET, OP, '// &
+    'NO THICKNESS, TRACKING, GEOMETRIC CORRECTION, SUPPLEMENTARY CONSTRAINTS, SMOOTH, '// &
+    'EXTENSION ZONE', 'slave, master'), &
+    rule_t('CONTACT', in_model_or_first_step, is_read, ignored='OP'), &
+    rule_t('CONTACT INCLUSIONS', in_model_or_first_step, is_read, 'ALL EXTERIOR', &
+    data='surface, surface'), &
+    rule_t('CONTACT EXCLUSIONS', in_model_or_first_step, is_read, data='surface, surface'), &
+    rule_t('CONTACT PROPERTY ASSIGNMENT', in_model_or_first_step, is_read, &
     data='surface, surface, interaction'), &
-    rule_t('CONTACT INITIALIZATION DATA', in_model, is_checked, &
+    rule_t('CONTACT INITIALIZATION DATA', in_model_or_first_step, is_checked, &
     'NAME=name, INTERFERENCE FIT, INITIAL CLEARANCE=gap, SEARCH ABOVE=distance', &
     'SEARCH BELOW'), &
     rule_t('TIE', in_model, is_read, 'NAME=name, POSITION TOLERANCE=distance, ADJUST=YES|NO, '// &
@@ -232,6 +238,14 @@ module deck_table_mod
     remark='of two bodies the finer mesh is the slave'), &
     rule_t('CONTACT CONTROLS ASSIGNMENT', anywhere, is_ignored, &
     remark='contact is exact here, and needs no stabilization'), &
+    rule_t('CHANGE CONTACT TYPE', anywhere, is_ignored, &
+    remark='contact is of one type'), &
+    rule_t('BULK VISCOSITY', anywhere, is_ignored, &
+    remark='explicit steps alone need it, and none is solved so'), &
+    rule_t('FIXED MASS SCALING', anywhere, is_ignored, &
+    remark='increments are as long as their error allows, and masses those of the deck'), &
+    rule_t('VARIABLE MASS SCALING', anywhere, is_ignored, &
+    remark='increments are as long as their error allows, and masses those of the deck'), &
     rule_t('SOLUTION TECHNIQUE', anywhere, is_ignored), &
     rule_t('SECTION CONTROLS', anywhere, is_ignored, &
     remark='no element here has hourglass modes'), &
@@ -239,6 +253,9 @@ module deck_table_mod
     rule_t('SECTION PRINT', anywhere, is_ignored), &
     rule_t('ENERGY FILE', anywhere, is_ignored), &
     rule_t('FILE FORMAT', anywhere, is_ignored), &
+    rule_t('FILE OUTPUT', anywhere, is_ignored), &
+    rule_t('INCREMENTATION OUTPUT', anywhere, is_ignored), &
+    rule_t('DIAGNOSTICS', anywhere, is_ignored), &
     rule_t('OUTPUT', anywhere, is_ignored), &
     rule_t('NODE OUTPUT', anywhere, is_ignored), &
     rule_t('ELEMENT OUTPUT', anywhere, is_ignored), &
@@ -269,9 +286,13 @@ module deck_table_mod
     rule_t('DISTRIBUTION', anywhere, is_missing), &
     rule_t('CHANGE SOLID SECTION', anywhere, is_missing), &
     rule_t('CHANGE MATERIAL', anywhere, is_missing), &
-    rule_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
     rule_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing, &
     remark='the laws of *HYPERELASTIC and *HYPERFOAM are isotropic'), &
+    rule_t('UNIAXIAL TEST DATA', anywhere, is_missing, remark=fitted), &
+    rule_t('BIAXIAL TEST DATA', anywhere, is_missing, remark=fitted), &
+    rule_t('PLANAR TEST DATA', anywhere, is_missing, remark=fitted), &
+    rule_t('SIMPLE SHEAR TEST DATA', anywhere, is_missing, remark=fitted), &
+    rule_t('VOLUMETRIC TEST DATA', anywhere, is_missing, remark=fitted), &
     rule_t('NMAP', anywhere, is_missing, remark='write the coordinates as they are'), &
     rule_t('SURFACE PROPERTY ASSIGNMENT', anywhere, is_missing, &
     remark='surfaces are those of their elements'), &
@@ -340,9 +361,6 @@ module deck_table_mod
     rule_t('RESPONSE SPECTRUM', anywhere, is_procedure, remark=static_only), &
     rule_t('SUBSTRUCTURE GENERATE', anywhere, is_procedure, remark=static_only), &
     rule_t('SUBSTRUCTURE PROPERTY', anywhere, is_outside), &
-    rule_t('BULK VISCOSITY', anywhere, is_outside, remark=static_only), &
-    rule_t('FIXED MASS SCALING', anywhere, is_outside, remark=static_only), &
-    rule_t('VARIABLE MASS SCALING', anywhere, is_outside, remark=static_only), &
     rule_t('BASE MOTION', anywhere, is_outside, remark=static_only), &
     rule_t('MODAL DAMPING', anywhere, is_outside, remark=static_only), &
     rule_t('GREEN', anywhere, is_procedure, remark=static_only), &

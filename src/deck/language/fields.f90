@@ -281,7 +281,7 @@ contains
     end if
   end subroutine node_option
 
-  !> The only node of a set that is made by one id below *NSET or *NODE.
+  !> The only node of a set that is made by its id below *NSET or *NODE, once or again.
   subroutine find_only_node(reader, position, set, id, ok)
     type(reader_t), intent(inout) :: reader
     integer, intent(in) :: position    !! where the deck names the set
@@ -291,7 +291,7 @@ contains
     type(card_t) :: card
     type(fields_t) :: fields
     character(:), allocatable :: name
-    integer :: k, n, last, i
+    integer :: k, n, last, i, before
     logical :: found, defined, plain
 
     n = 0
@@ -313,9 +313,10 @@ contains
         if (card%keyword == 'NODE') last = 1
         do i = 1, last
           if (is_empty_field(fields, i)) cycle
-          n = n + 1
+          before = id
           plain = plain .and. looks_like_id(reader, fields, i)
           if (plain) call integer_field(reader, fields, i, 'the id of a node', 1, id, ok)
+          if (n == 0 .or. id /= before) n = n + 1
         end do
       end do
     end do

@@ -224,7 +224,6 @@ contains
     character(*), intent(in), optional :: taken !! an option of which the caller says more
     type(rule_t) :: rule
     type(item_t), allocatable :: allowed(:), ignored(:)
-    type(string_t), allocatable :: names(:)
     integer :: i, j
 
     rule = rule_of(card%keyword)
@@ -242,16 +241,36 @@ contains
         call note(reader, ignored(j)%name//' of *'//card%keyword//' is ignored')
         cycle options
       end do
-      if (allocated(names)) deallocate (names)
-      allocate (names(size(allowed)))
-      do j = 1, size(allowed)
-        names(j)%text = allowed(j)%name
-      end do
       call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
-        quoted(card%options(i)%name)//' of *'//card%keyword, guess(card%options(i)%name, names))
+        quoted(card%options(i)%name)//' of *'//card%keyword, instead_of(card%keyword, &
+        card%options(i)%name, allowed))
       call doubt_lines(reader, card)
     end do options
   end subroutine allow_options
+
+  !> What to write in the place of an option that a card has elsewhere, or what may be meant by it.
+  pure function instead_of(keyword, option, allowed) result(hint)
+    character(*), intent(in) :: keyword, option
+    type(item_t), intent(in) :: allowed(:) !! options of the card
+    character(:), allocatable :: hint
+    type(string_t) :: known(size(allowed))
+    integer :: i
+
+    if (keyword == 'STATIC' .and. same_word(option, 'RIKS')) then
+      hint = 'where the load falls on its way prescribe displacements: *BOUNDARY'
+    else if (same_word(option, 'TEST DATA INPUT')) then
+      hint = 'a law takes its constants: Abaqus prints those that it fits to test data'
+    else if (keyword == 'RIGID BODY' .and. same_word(option, 'POSITION')) then
+      hint = 'the reference node stays where its coordinates are'
+    else if (keyword == 'CYCLIC SYMMETRY MODEL' .and. same_word(option, 'CONTACT')) then
+      hint = 'sectors do not touch each other: their sides move alike'
+    else
+      do i = 1, size(allowed)
+        known(i)%text = allowed(i)%name
+      end do
+      hint = guess(option, known)
+    end if
+  end function instead_of
 
   !> The words that an option takes, by the table of the deck.
   pure subroutine find_words(keyword, name, words)
