@@ -9,6 +9,7 @@ module crowded_nodes_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t
   use compliance_mod, only: is_map, get_column, get_rows
+  use increment_report_mod, only: not_ended
   use problem_mod, only: contact_problem_t, contact_report_t, make_problem, copy_laws, &
     pack_rows, unpack_rows, measure
   use solve_mod, only: solve_contact
@@ -67,9 +68,9 @@ contains
       of_some%products = of_some%products + report%products
       of_some%stages = max(of_some%stages, report%stages)
       report = of_some
-      if (.not. report%converged) return
-      report%converged = report%residual <= controls%tolerance
-      if (report%converged) exit
+      if (.not. report%converged()) return
+      if (report%residual <= controls%tolerance) exit
+      report%ending = not_ended
       gaps = unpack_rows(problem, x)
       call add_deepest(node, gaps(1, :), 0.0_wp, is_in)
       if (count(is_in) == n_in) return

@@ -112,7 +112,7 @@ contains
     end if
     found = r
     call solve_for_least(controls%tolerance, group, controls, x_free, drift, found, gaps, report)
-    ok = report%converged
+    ok = report%converged()
     if (ok) r = found
   end subroutine react
 

@@ -76,14 +76,13 @@ contains
       answer%gaps = bodies%gaps
       if (motions%n > 0) then
         call part_motions(mesh, solver, group%floating, bodies, trial, drift)
-        if (answer%report%converged) call ask_for_balance(group, drift, answer)
+        if (answer%report%converged()) call ask_for_balance(group, drift, answer)
         ! What nothing acts on has no stresses, not even those of rounding.
-        if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(trial%by_iteration%load_left) <= 0.0_wp)) then
+        if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(trial%by_iteration%load_left) <= 0.0_wp)) &
           trial%u_contact = 0.0_wp
-        end if
       end if
       trial%by_iteration%start = trial%u_contact
-      if (motions%n == 0 .or. answer%report%converged .or. answer%report%ending == &
+      if (motions%n == 0 .or. answer%report%converged() .or. answer%report%ending == &
         ended_unbalanced .or. size(answer%x_free) > most_formed) return
       call form_floating(group, trial%by_compliance)
       if (.not. trial%by_compliance) return
@@ -108,7 +107,6 @@ contains
     small = max(excusable*abs(drift%load), drift%rounding, 1.0e-14_wp*sum(abs(packed)))
     if (all(abs(matmul(packed, group%floating%g) + drift%load) <= small .or. abs(drift%load) <= &
       drift%rounding)) return
-    answer%report%converged = .false.
     answer%report%ending = ended_stalled
   end subroutine ask_for_balance
 

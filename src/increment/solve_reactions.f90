@@ -6,8 +6,8 @@ module solve_reactions_mod
   use controls_mod, only: contact_controls_t, solver_none
   use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ending_t, ended_well, ended_unbalanced, &
-    ended_stalled, ended_at_limit, ended_diverging
+  use increment_report_mod, only: increment_report_t, ending_t, not_ended, ended_well, &
+    ended_unbalanced, ended_stalled, ended_at_limit, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
   use solve_mod, only: solve_contact
@@ -78,7 +78,7 @@ contains
     trial%neutral_residual = [real(wp) ::]
     associate (motions => solver%body%motions)
       if (motions%n > 0) call loads_on_motions(scene, motions, trial, load, rounding)
-      contact%converged = .true.
+      contact%ending = ended_well
       do i = 1, size(solver%contact%group)
         call solve_group(solver%contact%group(i))
       end do
@@ -93,7 +93,7 @@ contains
       else
         report%ending = ending_t(contact%ending)
       end if
-      if (contact%converged .and. motions%n > 0) call free_in_words(scene%mesh, motions, &
+      if (contact%converged() .and. motions%n > 0) call free_in_words(scene%mesh, motions, &
         resisting(:n_resisting, :), report%n_unheld, report%unheld)
     end associate
     report%solver = contact%solver
@@ -157,7 +157,7 @@ contains
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
         trial%neutral_residual = [trial%neutral_residual, drift%turned + along_neutral]
-        rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged)
+        rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged())
         resisting(n_resisting + 1:n_resisting + size(rows, 1), group%motion) = rows
         n_resisting = n_resisting + size(rows, 1)
         rows = pressing_rows(group%problem, group%floating, r)
@@ -170,7 +170,7 @@ contains
         trial%factorises = .true.
         controls%factorises = .true.
       end if
-      if (of_group%converged) call share(group, x_free, gaps, r)
+      if (of_group%converged()) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
         x = unpack_gaps(group%problem, gaps)
         call add_driven_friction(group%problem, x, r)
@@ -267,7 +267,7 @@ contains
       found = matmul(pack_rows(group%problem, r), group%null)
       gaps = relative_gaps(group%problem, x_free, pack_rows(group%problem, r)) - away - &
         group%softness*matmul(group%null, found - centre)
-      if (.not. report%converged) exit rounds
+      if (.not. report%converged()) exit rounds
       slack = nothing*controls%tolerance*group%flexibility*norm2(r)
       if (group%softness*norm2(found - centre) <= max(no_part*controls%tolerance, all_of_it)* &
         norm2(r)*group%flexibility) exit rounds
@@ -276,9 +276,8 @@ contains
       if (norm2(found - centre) >= last .or. i == max_rounds) then
         ! Gaps that an increment begins with may contradict each other by less than it is solved to:
         ! then these reactions grow by the same little in each round.
-        report%converged = group%softness*norm2(found - centre) <= controls%tolerance* &
-          group%flexibility*norm2(found)
-        if (.not. report%converged) report%ending = merge(ended_at_limit, ended_diverging, &
+        if (.not. group%softness*norm2(found - centre) <= controls%tolerance* &
+          group%flexibility*norm2(found)) report%ending = merge(ended_at_limit, ended_diverging, &
           norm2(found - centre) < last)
         exit rounds
       end if
@@ -286,15 +285,11 @@ contains
       centre = found
     end do rounds
     x_free = x_free - away
-    if (report%converged .and. any(away > 0.0_wp .and. gaps < -slack)) then
-      report%converged = .false.
-      report%ending = ended_at_limit
-    end if
+    if (report%converged() .and. any(away > 0.0_wp .and. gaps < -slack)) report%ending = &
+      ended_at_limit
     ! What others come to, or what leaves whole bodies out of balance, is no least reaction: the
     ! certificate would not see that.
-    if (.not. report%converged .and. any(report%ending == [ended_stalled, ended_well])) then
-      report%ending = ended_at_limit
-    end if
+    if (any(report%ending == [ended_stalled, not_ended])) report%ending = ended_at_limit
   end subroutine solve_for_least
 
   !> Keep the points open that could take over what others carry, touch, and do not press.
@@ -349,7 +344,7 @@ contains
     allocate (x_before, source=x_free)
     allocate (r_before, source=r)
     call solve(group%problem)
-    if (report%converged .or. .not. is_map(group%problem%compliance)) return
+    if (report%converged() .or. .not. is_map(group%problem%compliance)) return
     if (report%ending /= ended_unbalanced .and. report%residual <= tolerance) return
     call form_compliance(group%problem, dense, formed)
     if (.not. formed) return
@@ -369,8 +364,8 @@ contains
         if (has_crowded_nodes(problem, group%node)) then
           call solve_on_crowded_nodes(problem, group%node, x_free, controls, r, &
             of_few)
-          if (of_few%converged) report = of_few
-          if (of_few%converged) return
+          if (of_few%converged()) report = of_few
+          if (of_few%converged()) return
         end if
         call solve_contact(problem, x_free, controls, r, report)
       else
@@ -446,9 +441,8 @@ contains
     contact%products = max(contact%products, of_group%products)
     contact%stages = max(contact%stages, of_group%stages)
     contact%local_iterations = contact%local_iterations + of_group%local_iterations
-    if (.not. of_group%converged .and. contact%ending /= ended_unbalanced) contact%ending = &
-      merge(ended_stalled, of_group%ending, of_group%ending == ended_well)
-    contact%converged = contact%converged .and. of_group%converged
+    if (.not. of_group%converged() .and. contact%ending /= ended_unbalanced) contact%ending = &
+      merge(ended_stalled, of_group%ending, of_group%ending == not_ended)
     if (of_group%residual >= contact%residual) then
       contact%residual = of_group%residual
       contact%worst_point = 0

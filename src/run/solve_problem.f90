@@ -5,7 +5,8 @@ module solve_problem_mod
   use text_mod, only: as_list, string_t, to_text
   use system_mod, only: wall_seconds
   use controls_mod, only: contact_controls_t, solver_none
-  use increment_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
+  use increment_report_mod, only: certificate_t, worst_entry, not_ended, ended_well, &
+    ended_at_limit, ended_diverging
   use certify_problem_mod, only: certify_problem
   use problem_mod, only: contact_report_t, pack_rows, measure, relative_gaps, unpack_rows
   use solve_mod, only: solve_contact
@@ -174,7 +175,7 @@ contains
         total%local_iterations = total%local_iterations + report%local_iterations
         total%products = total%products + report%products
         total%solver = report%solver
-        total%ending = report%ending
+        total%ending = merge(not_ended, report%ending, report%converged())
         u = reshape(times(given%w, reshape(r, [size(r)])), shape(u))
         last = total%residual
         call measure(problem, pack_rows(problem, reshape(condensed%q, shape(u))), &
@@ -185,8 +186,8 @@ contains
           total%worst_point = report%worst_point
           best = r
         end if
-        total%converged = total%residual <= controls%tolerance
-        if (total%converged .or. total%residual > 0.5_wp*last) exit corrections
+        if (total%residual <= controls%tolerance) total%ending = ended_well
+        if (total%converged() .or. total%residual > 0.5_wp*last) exit corrections
         tighter%tolerance = max(0.3_wp*controls%tolerance, condensed%asymmetry*total%residual)
         x_free = u + reshape(condensed%q, shape(u)) - unpack_rows(problem, &
           relative_gaps(problem, 0.0_wp*pack_rows(problem, u), pack_rows(problem, r)))
@@ -231,7 +232,7 @@ contains
     type(fclib_solution_t), intent(inout) :: solution
 
     solution%solver = solver_in_words(report)
-    solution%converged = report%converged
+    solution%converged = report%converged()
     solution%fact_name = as_list([character(17) :: 'tolerance', 'residual', 'iterations', &
       'local_iterations', 'products', 'seconds', 'processor_seconds', 'asymmetry', &
       'penetration', 'adhesion', 'complementarity', 'cone', 'law', 'equilibrium'])
@@ -249,7 +250,7 @@ contains
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
 
-    if (report%converged) then
+    if (report%converged()) then
       call say('solved to '//to_text(options%controls%tolerance)//' by '// &
         solver_in_words(report)//', residual '//to_text(report%residual, 3)// &
         ', worst error '//to_text(worst_entry(certificate), 2)//': '//path)

@@ -52,7 +52,7 @@ contains
     start = bodies
     r_reached = r
     call solve_with_body(problem, body, x_free, controls, bodies, r, report)
-    if (report%converged .or. report%ending == ended_unbalanced) return
+    if (report%converged() .or. report%ending == ended_unbalanced) return
     ! Bodies that move freely have no place of their own to start from.
     if (size(bodies%motions, 2) > 0) return
     reached = start
@@ -75,7 +75,7 @@ contains
       end if
       report%iterations = report%iterations + of_part%iterations
       report%products = report%products + of_part%products
-      if (.not. of_part%converged) then
+      if (.not. of_part%converged()) then
         width = 0.5_wp*width
         cycle
       end if

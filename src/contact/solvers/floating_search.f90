@@ -117,14 +117,14 @@ contains
     recentre: do i = 1, max_recentrings
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call try_centre(problem, floating, x_free, controls, drift, search, report)
-      if (report%converged .or. .not. search%best%is_solved) exit recentre
+      if (report%converged() .or. .not. search%best%is_solved) exit recentre
       if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
       if (i == 1) call ask_for_hope(problem, floating, search, is_hopeless)
       if (is_hopeless) exit recentre
       if (may_part) then
         if (maxval(abs(search%best%r)) <= vanished*maxval(abs(search%r_first))) then
           call part_bodies(problem, floating, controls, drift, search, x_free, report)
-          if (report%converged) exit recentre
+          if (report%converged()) exit recentre
           may_part = .false.
         end if
       end if
@@ -133,25 +133,25 @@ contains
         n_lines = n_lines + 1
         if (n_lines > max_lines) exit recentre
         call follow_line(problem, floating, controls, drift, search, x_free, report, found)
-        if (report%converged .or. .not. found) exit recentre
+        if (report%converged() .or. .not. found) exit recentre
       end if
       if (i == many .and. problem%n_rows > largest_joint .and. problem%n_rows <= most_joint .and. &
         .not. is_map(problem%compliance)) then
         call try_jointly(problem, floating, controls, drift, search, x_free, report)
-        if (report%converged) exit recentre
+        if (report%converged()) exit recentre
       end if
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
-    if (.not. (report%converged .or. is_hopeless) .and. problem%n_rows <= largest_joint .and. &
+    if (.not. (report%converged() .or. is_hopeless) .and. problem%n_rows <= largest_joint .and. &
       .not. is_map(problem%compliance) .and. &
       .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
       floating, controls, drift, search, x_free, report)
-    if (.not. (report%converged .or. is_hopeless) .and. search%now%is_solved) then
+    if (.not. (report%converged() .or. is_hopeless) .and. search%now%is_solved) then
       if (.not. sees_nothing(search%now)) call go_plainly(problem, floating, controls, drift, &
         search, x_free, report)
     end if
 
-    if (.not. report%converged .and. search%now%is_solved) then
+    if (.not. report%converged() .and. search%now%is_solved) then
       ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
       search%now = search%best
       report%ending = ended_unbalanced
@@ -220,7 +220,7 @@ contains
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call solve_at_centre(problem, floating, x_free, controls, drift, .true., search%now, report)
     end if
-    if (.not. report%converged) search = before
+    if (.not. report%converged()) search = before
   end subroutine part_bodies
 
   !> Newton's method on reactions and motions together, with one scaling of the laws after another,
@@ -254,12 +254,12 @@ contains
         call go_on(scaled)
         if (k > 1) call go_on(problem)
         call try_it()
-        if (report%converged) return
+        if (report%converged()) return
       end do
       if (problem%n_rows > largest_joint) exit scale
     end do scale
     if (problem%n_rows <= largest_joint) call raise_friction()
-    if (report%converged) return
+    if (report%converged()) return
     call say_as_before(before, report)
     search%now = last
 
@@ -319,8 +319,8 @@ contains
     steps: do i = 1, max_recentrings
       x_free = search%x_start + matmul(floating%q, plain%now%centre)
       call try_centre(problem, floating, x_free, controls, drift, plain, report)
-      if (report%converged) search = plain
-      if (report%converged) return
+      if (report%converged()) search = plain
+      if (report%converged()) return
       if (.not. plain%now%is_solved .or. plain%idle >= max_idle) exit steps
       plain%now%centre = plain%now%centre + floating%theta*plain%now%e
     end do steps
@@ -365,7 +365,7 @@ contains
       search%now%r = search%best%r
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call solve_here(problem, floating, x_free, controls, drift, search, report)
-      if (report%converged) return
+      if (report%converged()) return
       along = -1.0_wp ! so deep in an obstacle that its contact is not solved
       if (search%now%is_solved) along = dot_product(search%now%e, direction)/size_e
       if (abs(along) <= halved) then

@@ -9,7 +9,7 @@ module global_newton_mod
   use kinds_mod, only: wp
   use progress_line_mod, only: show_progress
   use controls_mod, only: contact_controls_t, solver_global_newton
-  use increment_report_mod, only: ended_at_limit, ended_stalled
+  use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled
   use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
     pack_rows, unpack_rows, measure
@@ -92,8 +92,8 @@ contains
         report%worst_point = here%worst_point
         r = unpack_rows(problem, projected)
       end if
-      report%converged = report%residual <= controls%tolerance .and. .not. is_rough
-      if (report%converged .or. stalled > most_stalled .or. &
+      if (report%residual <= controls%tolerance .and. .not. is_rough) report%ending = ended_well
+      if (report%converged() .or. stalled > most_stalled .or. &
         report%iterations >= max_iterations) exit newton
 
       forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &
@@ -113,9 +113,8 @@ contains
       now%x = trial%x
       call evaluate(problem, now)
     end do newton
-    if (.not. report%converged) report%ending = ended_stalled
-    if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
-      ended_at_limit
+    if (.not. report%converged()) report%ending = merge(ended_at_limit, ended_stalled, &
+      report%iterations >= max_iterations)
     report%solver = solver_global_newton
   end subroutine solve_by_global_newton
 

@@ -8,7 +8,7 @@ module problem_mod
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use friction_laws_mod, only: friction_law_t, largest_friction, share_of_friction
-  use increment_report_mod, only: ended_well
+  use increment_report_mod, only: ended_well, not_ended
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use couplings_mod, only: couplings_t
   use compliance_mod, only: compliance_t, take_matrix, take_compliance, are_same, is_map, &
@@ -58,17 +58,18 @@ module problem_mod
   !> What a contact solver says of its solution.
   type :: contact_report_t
     integer  :: solver = solver_none
-    logical  :: converged = .false.
     integer  :: iterations = 0        !! sweeps or Newton iterations
     integer  :: local_iterations = 0  !! summed over points and sweeps
     integer  :: products = 0          !! of W with a vector; a sweep counts as one
     real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
     integer  :: worst_point = 0       !! where it is largest
-    integer  :: ending = ended_well
+    integer  :: ending = not_ended    !! or ended_well, ...
     integer  :: stages = 0            !! of AUTO: 1 when its first choice did it
     logical  :: wants_exact = .false. !! GMRES was not exact enough for Newton's method
     integer  :: improved_at = 0       !! iteration of the last real progress
     real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
+  contains
+    procedure :: converged
   end type contact_report_t
 
   !> From W as an array, or as a compliance.
@@ -77,6 +78,13 @@ module problem_mod
   end interface make_problem
 
 contains
+
+  !> Whether the solver got to what was asked of it.
+  pure logical function converged(report)
+    class(contact_report_t), intent(in) :: report
+
+    converged = report%ending == ended_well
+  end function converged
 
   !> Complete a problem from its rows and its compliance.
   subroutine problem_of_matrix(row, mu, w, problem, near)

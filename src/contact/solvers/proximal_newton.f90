@@ -88,7 +88,7 @@ contains
     idle = 0
     is_last = .false.
     steps: do step = 1, max_steps
-      if (report%converged .or. idle > most_idle) exit steps
+      if (report%converged() .or. idle > most_idle) exit steps
       alpha = caution*min(largest_alpha, max(floor_of_alpha, alpha_of_residual*report%residual))
       if (is_last) alpha = least_alpha
       if (alpha > 1.0_wp) exit steps
@@ -101,7 +101,7 @@ contains
         here, is_patient=is_last)
       report%iterations = report%iterations + here%iterations
       report%products = report%products + here%products + 1
-      is_solved = here%converged
+      is_solved = here%converged()
       call judge(problem, x_free, trial, r_start, controls, here)
       if (is_last) idle = most_idle
       is_last = is_solved .and. abs(here%residual - report%residual) <= unchanged*report%residual
@@ -116,13 +116,12 @@ contains
         r = trial
         report%residual = here%residual
         report%worst_point = here%worst_point
-        report%converged = here%converged
+        report%ending = here%ending
         caution = max(1.0_wp, 0.5_wp*caution)
       else
         caution = 10.0_wp*caution
       end if
     end do steps
-    report%ending = merge(ended_well, ended_stalled, report%converged)
     report%solver = solver_global_newton
   end subroutine solve_by_proximal_newton
 
@@ -179,7 +178,7 @@ contains
     call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, report)
     if (controls%shows_progress) call show_progress('contact iteration', report%iterations, &
       report%residual)
-    report%converged = report%residual <= controls%tolerance
+    report%ending = merge(ended_well, ended_stalled, report%residual <= controls%tolerance)
   end subroutine judge
 
   !> The problem with a larger diagonal of W.

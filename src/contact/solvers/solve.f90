@@ -16,6 +16,7 @@ module solve_mod
   use undefined_mod, only: undefined
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           solver_sweeps, formulation_bipotential, local_exact, stop_at_residual
+  use increment_report_mod, only: ended_well
   use problem_mod, only: contact_problem_t, contact_report_t
   use compliance_mod, only: is_map
   use sweeps_mod, only: solve_by_sweeps
@@ -52,7 +53,7 @@ contains
     logical :: is_alone
 
     if (problem%n_points == 0) then
-      report%converged = .true.
+      report%ending = ended_well
       return
     end if
     if (is_map(problem%compliance)) then
@@ -69,7 +70,7 @@ contains
         is_alone = .not. allocated(problem%twin)
         if (present(is_trial)) is_alone = is_alone .or. is_trial
         if (present(briefly)) is_alone = is_alone .or. briefly
-        if (report%converged .or. is_alone) return
+        if (report%converged() .or. is_alone) return
         report%stages = 1
         call stage(problem, x_free, controls, by_proximal_newton, r, report)
       end if
@@ -93,14 +94,14 @@ contains
 
     if (.not. needs_proximal_steps(problem, r)) then
       call stage(problem, x_free, controls, by_newton, r, report)
-      if (report%converged) return
+      if (report%converged()) return
     end if
     if (may_take_proximal_steps(problem)) then
       call stage(problem, x_free, controls, by_proximal_newton, r, report)
-      if (report%converged) return
+      if (report%converged()) return
       if (any(problem%mu > 0.0_wp)) then
         call stage(problem, x_free, controls, by_growing_friction, r, report)
-        if (report%converged) return
+        if (report%converged()) return
       end if
     end if
     sweeps = controls
@@ -152,7 +153,6 @@ contains
       report%worst_point = here%worst_point
       report%solver = here%solver
     end if
-    report%converged = here%converged
     report%ending = here%ending
     report%stages = report%stages + here%stages
     report%iterations = report%iterations + here%iterations

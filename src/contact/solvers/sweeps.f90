@@ -63,11 +63,10 @@ contains
     old = pack_rows(problem, r)
     report%residual = huge(report%residual)
     call judge(problem, x_free, old, r_start, controls, r, report)
-    if (controls%stop_rule == stop_at_change) report%converged = .false.
     scale = force_scale(problem, unpack_rows(problem, x_free), r_start, r_start)
     largest = exploded*max(scale, norm2(spread(problem%rho_map, 1, 3)*unpack_rows(problem, x_free)))
 
-    iterate: do while (.not. report%converged)
+    iterate: do while (.not. report%converged())
       if (report%iterations >= controls%max_sweeps) then
         report%ending = ended_at_limit
         exit iterate
@@ -84,16 +83,18 @@ contains
         exit iterate
       end if
       if (controls%stop_rule == stop_at_change) then
-        report%converged = sweep%change <= controls%tolerance*norm2(new)
-        if (report%converged) call judge(problem, x_free, new, r_start, controls, r, report)
-        if (report%converged) exit iterate
+        if (sweep%change <= controls%tolerance*norm2(new)) then
+          call judge(problem, x_free, new, r_start, controls, r, report)
+          report%ending = ended_well
+          exit iterate
+        end if
         if (mod(report%iterations, check_every) == 0) then
           call judge(problem, x_free, new, r_start, controls, r, report)
           if (report%ending == ended_stalled) exit iterate
         end if
       else if (due(sweep, controls, norm2(new), scale, report%iterations)) then
         call judge(problem, x_free, new, r_start, controls, r, report)
-        if (report%converged .or. report%ending == ended_stalled) exit iterate
+        if (report%converged() .or. report%ending == ended_stalled) exit iterate
       end if
       if (controls%acceleration) then
         call next_start(problem, memory, sweep, new, old)
@@ -144,8 +145,7 @@ contains
     end if
     if (report%iterations - report%improved_at >= patience) report%ending = ended_stalled
     if (controls%stop_rule == stop_at_change) return
-    report%converged = report%residual <= controls%tolerance
-    if (report%converged) report%ending = ended_well
+    if (report%residual <= controls%tolerance) report%ending = ended_well
   end subroutine judge
 
   !> Where the next sweep starts: Anderson's combination, made admissible; plainly at the last image

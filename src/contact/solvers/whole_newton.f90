@@ -13,7 +13,7 @@ module whole_newton_mod
   use kinds_mod, only: wp
   use progress_line_mod, only: show_progress
   use controls_mod, only: contact_controls_t, solver_global_newton
-  use increment_report_mod, only: ended_at_limit, ended_stalled, ended_unbalanced
+  use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_unbalanced
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
   use newton_iterate_mod, only: iterate_t, evaluate, forcing_term
   use held_points_mod, only: held_points_t, expect, expect_sticking, find_held
@@ -141,8 +141,8 @@ contains
         bodies%remains = unsolved
         bodies%gaps = now%at%x
       end if
-      report%converged = report%residual <= controls%tolerance
-      if (report%converged .or. stalled > max_stalled .or. &
+      if (report%residual <= controls%tolerance) report%ending = ended_well
+      if (report%converged() .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
       left = controls%tolerance/report%residual
       ! What a loose solution leaves can send points to and fro between their states.
@@ -163,11 +163,10 @@ contains
       call search_line(problem, now, step, body)
       report%iterations = report%iterations + 1
     end do newton
-    if (.not. report%converged) report%ending = ended_stalled
-    if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
-      ended_at_limit
-    if (.not. report%converged .and. any(abs(bodies%unbalanced) > 0.0_wp)) report%ending = &
-      ended_unbalanced
+    if (.not. report%converged()) then
+      report%ending = merge(ended_at_limit, ended_stalled, report%iterations >= max_iterations)
+      if (any(abs(bodies%unbalanced) > 0.0_wp)) report%ending = ended_unbalanced
+    end if
     report%solver = solver_global_newton
   end subroutine solve_with_body
 
