@@ -9,7 +9,7 @@ module point_rows_mod
   use scene_mod, only: scene_t, pair_turns
   use contact_points_mod, only: contact_points_t, is_across, is_still, is_in_middle, list_slave, &
     is_covered, n_sides, find_side_points
-  use mortar_rows_mod, only: mortar_t
+  use mortar_rows_mod, only: mortar_t, asked_t
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle
   use placement_mod, only: placement_t, as_turned
   use carried_frames_mod, only: turn_of_tangents, slips_around, outer
@@ -315,12 +315,14 @@ contains
     type(kept_changes_t), intent(inout) :: kept
     type(obstacle_t), intent(in), optional :: obstacle !! the master, as it has turned
     type(faced_side_t) :: faced
+    type(asked_t) :: asked
 
     if (is_near(kept, u)) return
+    asked%changes = .true.
     if (present(obstacle)) then
-      call face_obstacle(scene, points, pair, side, u, obstacle, kept%mortar, asks_changes=.true.)
+      call face_obstacle(scene, points, pair, side, u, obstacle, kept%mortar, asked)
     else
-      call face_surface(scene, points, pair, side, u, faced, asks_changes=.true.)
+      call face_surface(scene, points, pair, side, u, faced, asked)
       kept%mortar = faced%mortar
     end if
     kept%u = u

@@ -114,8 +114,8 @@ contains
     left = report%energy%balance - coarse%energy%balance
     least_doubtful = max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation, dot_product(force_rounding(scene%mesh, solver%body%of_elements, &
-      new%displacement), norm2(new%displacement, dim=1)))
+      noise*report%energy%dissipation, dot_product(force_rounding(scene%mesh, &
+      solver%body%of_elements, new%displacement), norm2(new%displacement, dim=1)))
     is_doubtful = abs(left) > least_doubtful .and. is_linear(scene) .and. .not. &
       any(scene%obstacles%turns)
     coarse%most_strained = report%energy%strain

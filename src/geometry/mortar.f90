@@ -61,7 +61,7 @@ contains
     number(slave%nodes) = [(i, i=1, n)]
     mortar = new_mortar(slave)
     allocate (parts(0))
-    finds_changes = slave%asks_changes
+    finds_changes = slave%asked%changes
     if (allocated(slave%hanging)) finds_changes = finds_changes .and. size(slave%hanging, 2) == 0
     if (finds_changes) then
       allocate (noted(size(slave%faces, 2)))
@@ -89,6 +89,12 @@ contains
       face%node(:size(slave%faces, 1)) = slave%faces(:, f)
       associate (n => face%n, nodes => face%node(:face%n), row => face%row(:face%n))
         row = number(nodes)
+        if (allocated(slave%asked%is_far)) then
+          if (all(slave%asked%is_far(row))) then
+            s = s + count(whole == f)
+            cycle
+          end if
+        end if
         face%x(:, :n) = x(:, nodes)
         face%alpha(:n) = alpha(nodes)
         face%given = what_neighbours_get(slave, row)

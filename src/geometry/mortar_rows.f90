@@ -6,7 +6,7 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, &
+  public :: mortar_t, asked_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, &
     lifted_gap, enough_of_second_order, aslant
 
   !> The place of the master that lies opposite a slave node.
@@ -68,6 +68,13 @@ module mortar_rows_mod
     type(changes_t), allocatable :: changes !! where the slave asks for them, else not allocated
   end type mortar_t
 
+  !> What is asked of a mortar beside its rows.
+  type :: asked_t
+    logical :: changes = .false.          !! of the rows; not where nodes hang
+    logical, allocatable :: is_far(:)
+    !! (n) the row is not asked for: what it gets is not all of it; not allocated: all are
+  end type asked_t
+
   !> A slave surface.
   type :: slave_t
     integer, allocatable :: faces(:, :)
@@ -78,7 +85,7 @@ module mortar_rows_mod
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
     !! what they have, and they are not covered
     logical, allocatable :: asks(:)     !! (n) for what lies opposite; not allocated: none does
-    logical :: asks_changes = .false.   !! of the rows; not where nodes hang
+    type(asked_t) :: asked
     logical, allocatable :: is_fixed(:)
     !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
     real(wp), allocatable :: moved(:, :)

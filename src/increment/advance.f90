@@ -241,7 +241,8 @@ contains
     integer :: i, n_again
 
     largest = points%mu
-    if (depends_on_rate(points)) call give_coefficients(points, solver%contact)
+    if (depends_on_rate(points) .and. trial%goal%wanted > contact_alone) call give_coefficients( &
+      points, solver%contact)
     n_again = 0
     i = 0
     attempts: do while (i < max_attempts)

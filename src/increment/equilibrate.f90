@@ -31,7 +31,8 @@ module equilibrate_mod
   use out_of_balance_mod, only: find_residual, leave_to_reactions
   use extrapolate_mod, only: update_forces
   use motions_at_rest_mod, only: is_turned, lead, rest
-  use settled_places_mod, only: are_places_settled, settles_on_interface, look_at_places
+  use settled_places_mod, only: are_places_settled, settles_on_interface, look_at_places, &
+    look_at_far_places
   implicit none
   private
 
@@ -128,6 +129,8 @@ contains
       if (is_settled(loop, trial, new%reaction) .and. &
         .not. is_missed .and. areas_apart(scene, points, new%displacement, trial%placement) <= &
         trial%tolerance) then
+        call look_at_far_places(scene, points, old, trial, new, loop, is_missed)
+        if (is_missed) cycle newton_raphson
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)

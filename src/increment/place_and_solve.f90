@@ -145,8 +145,9 @@ contains
     if (are_looked_at(points, loop, trial%placed_at)) then
       trial%placement = loop%looked
     else
+      ! What is not near has no row in the contact problem, and a place from the first iteration.
       call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
-        stay=loop%i > 1)
+        stay=loop%i > 1, is_far=loop%i > 1 .and. .not. loop%near)
     end if
     call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
     call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)

@@ -18,7 +18,7 @@ module settled_places_mod
   implicit none
   private
 
-  public :: are_places_settled, settles_on_interface, look_at_places
+  public :: are_places_settled, settles_on_interface, look_at_places, look_at_far_places
 
 contains
 
@@ -80,6 +80,29 @@ contains
     loop%near = loop%near .or. near_points(points, trial%placement, old, new%displacement, &
       new%reaction, loop%slack)
   end subroutine look_at_places
+
+  !> Whether a point that is not near, and has kept the place of the first iteration, touches its
+  !> master where the displacement is now; it is near then, with those beside it.
+  subroutine look_at_far_places(scene, points, old, trial, new, loop, is_missed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(in) :: trial
+    type(state_t), intent(in) :: new
+    type(newton_raphson_t), intent(inout) :: loop
+    logical, intent(out) :: is_missed
+    type(placement_t) :: there
+
+    is_missed = .false.
+    if (loop%i == 1 .or. all(loop%near .or. .not. points%is_curved)) return
+    there = trial%placement
+    call place_curved(scene, points, new%displacement, there, trial%rotation, stay=.true., &
+      is_far=loop%near)
+    is_missed = is_any_missed(points, there, points%in_reach .and. .not. loop%near, &
+      new%displacement, loop%slack)
+    if (is_missed) loop%near = loop%near .or. near_points(points, there, old, new%displacement, &
+      new%reaction, loop%slack)
+  end subroutine look_at_far_places
 
   !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.

@@ -46,7 +46,7 @@ module trial_mod
     integer :: wanted = certified
     logical :: starts_near = .false.
     !! from displacements and reactions near its end, which the solution comes with
-    logical :: is_foreseen = .false.    !! these reactions are taken for those of the first iteration
+    logical :: is_foreseen = .false.    !! these reactions are those of the first iteration
     logical :: shows_progress = .false. !! iterations, on a terminal
   end type goal_t
 

@@ -193,7 +193,7 @@ class Signals(Folder):
         first = looks_of(SEARCH, other) - of_a_mesh + 8
         self.assertGreater(first, 2 * of_a_mesh)
         whole, kept = Whole(other / NAME), 0
-        moments = range(first, first + 72, 1 if LONG_FORM else 5)
+        moments = range(first, first + 90, 1 if LONG_FORM else 6)
         for number, at in enumerate(moments):
             self.path.unlink(missing_ok=True)
             cut = {"SIGNAL_CUT": "1"} if number % 2 else {}

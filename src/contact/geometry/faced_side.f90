@@ -16,7 +16,7 @@ module faced_side_mod
     find_side_points, face_one, n_sides
   use local_frame_mod, only: local_frame, straight
   use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
-  use mortar_rows_mod, only: mortar_t, slave_t, lifted_gap, without_rounding
+  use mortar_rows_mod, only: mortar_t, asked_t, slave_t, lifted_gap, without_rounding
   use mortar_mod, only: make_mortar
   use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, near_facets, &
@@ -45,13 +45,13 @@ contains
 
   !> What the nodes of a slave surface face of one side of a surface where `u` takes them, or with
   !> small sliding where they are in the mesh.
-  pure subroutine face_surface(scene, points, pair, side, u, faced, asks_changes)
+  pure subroutine face_surface(scene, points, pair, side, u, faced, asked)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(faced_side_t), intent(out) :: faced
-    logical, intent(in), optional :: asks_changes !! of its mortar, as of slave_t
+    type(asked_t), intent(in), optional :: asked !! of its mortar, of all points
     real(wp) :: x(3, scene%mesh%n_nodes), reach, far, behind
     type(slave_t) :: slave
     integer, allocatable :: master(:, :), s(:), m(:) !! s, m: nodes of both sides
@@ -100,7 +100,7 @@ contains
         if (allocated(mesh%hangs)) slave%asks = slave%asks .and. .not. mesh%hangs(slave_nodes)
         if (.not. any(slave%asks)) deallocate (slave%asks)
       end if
-      if (present(asks_changes)) slave%asks_changes = asks_changes
+      if (present(asked)) slave%asked = part_of(asked, first, last)
       if (any(mesh%plane == [plane_strain, plane_stress])) then
         associate (z => mesh%coordinates(3, :))
           slave%breadth = min(1.0_wp, (maxval(z(m)) - minval(z(m)))/(maxval(z(s)) - minval(z(s))))
@@ -126,6 +126,15 @@ contains
     end associate
   end subroutine face_surface
 
+  !> What is asked of the points before one side.
+  pure type(asked_t) function part_of(asked, first, last) result(part)
+    type(asked_t), intent(in) :: asked
+    integer, intent(in) :: first, last !! of the points
+
+    part%changes = asked%changes
+    if (allocated(asked%is_far)) part%is_far = asked%is_far(first:last)
+  end function part_of
+
   !> The faces that are seen within reach. Surfaces that are placed once face whatever lies
   !> opposite, and so do bodies that are apart: a free body may move in any direction.
   pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
@@ -138,7 +147,7 @@ contains
 
     if (.not. is_placed_once) then
       call make_mortar(slave, master, x, reach(1), mortar, reach(3))
-      if (any(mortar%area > 0.0_wp)) return
+      if (any(mortar%area > 0.0_wp) .or. allocated(slave%asked%is_far)) return
     end if
     call make_mortar(slave, master, x, reach(2), mortar, reach(3))
   end subroutine face_faces
@@ -323,15 +332,15 @@ contains
   end subroutine keep_joined
 
   !> What the nodes of a slave surface face of one side of an obstacle of facets where it stands.
-  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar, asks_changes)
+  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar, asked)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle !! as it has turned
     type(mortar_t), intent(out) :: mortar !! of the points before the side
-    logical, intent(in), optional :: asks_changes
-    !! as of slave_t; nodes by their place among those of the points
+    type(asked_t), intent(in), optional :: asked
+    !! of it, of all points; nodes of changes by their place among those of the points
     real(wp) :: x(3, scene%mesh%n_nodes), shift(3), reach
     real(wp), allocatable :: way(:, :)    !! (3,n) of the corners of the side [length]
     integer, allocatable :: facets(:)     !! of the side; not allocated: all
@@ -351,12 +360,12 @@ contains
       now = join_facets(slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, &
         mesh%connectivity), s, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, &
         obstacle, shift, facets)
-      if (present(asks_changes)) now%slave%asks_changes = asks_changes
+      if (present(asked)) now%slave%asked = part_of(asked, first, last)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(near_facets(now, reach), reach, mortar)
       ! What moves freely may fall any way.
-      if (any(mortar%area > 0.0_wp)) return
+      if (any(mortar%area > 0.0_wp) .or. allocated(now%slave%asked%is_far)) return
       call face_facets(now, reach + reach_of_all_facets(now), mortar, behind=reach)
     end associate
   end subroutine face_obstacle

@@ -12,7 +12,7 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
-  use mortar_rows_mod, only: mortar_t, lifted_gap
+  use mortar_rows_mod, only: mortar_t, asked_t, lifted_gap
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
@@ -107,7 +107,7 @@ contains
   end subroutine place_all
 
   !> The points before curved masters, where displacement `u` takes them.
-  pure subroutine place_curved(scene, points, u, placement, rotation, stay, everywhere)
+  pure subroutine place_curved(scene, points, u, placement, rotation, stay, everywhere, is_far)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
@@ -115,6 +115,7 @@ contains
     real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
     logical, intent(in), optional :: stay            !! the same
     logical, intent(in), optional :: everywhere      !! those of pairs out of reach, too; default no
+    logical, intent(in), optional :: is_far(:)       !! as of `place`
     logical :: is_wanted(points%n)
     integer :: pair
 
@@ -122,7 +123,7 @@ contains
     if (present(everywhere)) is_wanted = is_wanted .or. (everywhere .and. points%turns)
     do pair = 1, size(scene%pairs)
       if (any(is_wanted(points%first(pair):points%first(pair + 1) - 1))) call place(scene, points, &
-        pair, u, placement, rotation, stay)
+        pair, u, placement, rotation, stay, is_far)
     end do
   end subroutine place_curved
 
@@ -142,7 +143,7 @@ contains
   end subroutine place_state
 
   !> The points of one pair, all of them: weights may be integrals over both surfaces.
-  pure subroutine place(scene, points, pair, u, placement, rotation, stay)
+  pure subroutine place(scene, points, pair, u, placement, rotation, stay, is_far)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
@@ -152,8 +153,11 @@ contains
     !! (3,n_obstacles) rotation vectors; left out: obstacles stand as the deck has them [rad]
     logical, intent(in), optional :: stay
     !! points that count in `placement` do so while next to nothing of them is covered; default: no
-
+    logical, intent(in), optional :: is_far(:)
+    !! (n_points) these keep their places before faces, as far as those of others do not depend on
+    !! them; left out: none
     type(obstacle_t) :: obstacle
+    logical :: keeps(points%n)
     logical :: stays
     integer :: side
 
@@ -166,20 +170,39 @@ contains
           points%in_reach(first:last), points%is_curved(first:last)))
       end associate
     end if
+    keeps = .false.
+    if (present(is_far)) then
+      if (stands_alone(scene, points, pair, placement)) keeps = is_far
+    end if
     if (has_meshed_master(scene, pair)) then
       obstacle = as_turned(scene, scene%pairs(pair)%master, rotation)
-      do side = 1, n_sides(points, pair)
-        call place_before_facets(scene, points, pair, side, u, stays, obstacle, placement)
-      end do
+      call place_before_facets(scene, points, pair, u, stays, obstacle, keeps, placement)
     else if (scene%pairs(pair)%master > 0) then
       call place_before_obstacle(scene, points, pair, u, placement, rotation)
     else
       do side = 1, n_sides(points, pair)
-        call place_before_surface(scene, points, pair, side, u, stays, placement)
+        call place_before_surface(scene, points, pair, side, u, stays, keeps, placement)
       end do
     end if
     if (is_pair_removed(points, pair)) call leave_out(points, pair, placement)
   end subroutine place
+
+  !> Whether each row of a pair before faces depends on its own node's faces alone: none has a part
+  !> of neighbours that hang, have no multiplier, or are joined to what they face.
+  pure logical function stands_alone(scene, points, pair, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    type(placement_t), intent(in) :: placement
+
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      stands_alone = .not. any(placement%is_fixed(first:last))
+      if (stands_alone .and. allocated(scene%mesh%hangs)) stands_alone = .not. &
+        any(scene%mesh%hangs(points%node(first:last)))
+      if (stands_alone .and. allocated(points%is_joined)) stands_alone = .not. &
+        any(points%is_joined(first:last))
+    end associate
+  end function stands_alone
 
   !> Whether a point is before flat facets that are taken for a plane: it turns, is in reach, and is
   !> not placed in every iteration.
@@ -338,12 +361,13 @@ contains
 
   !> Weights, normals and gaps of docs/theory.md (11.2) to (11.4), of the nodes where they are now;
   !> with small sliding of the undeformed mesh, from which gaps then grow linearly.
-  pure subroutine place_before_surface(scene, points, pair, side, u, stay, placement)
+  pure subroutine place_before_surface(scene, points, pair, side, u, stay, keeps, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     logical, intent(in) :: stay
+    logical, intent(in) :: keeps(:)      !! (n_points) their places
     type(placement_t), intent(inout) :: placement
     type(faced_side_t) :: faced
     type(weights_t) :: rows
@@ -351,7 +375,14 @@ contains
     integer :: i, k, first, last
 
     call find_side_points(points, pair, side, first, last)
-    call face_surface(scene, points, pair, side, u, faced)
+    if (all(keeps(first:last))) return
+    if (any(keeps(first:last))) then
+      call face_surface(scene, points, pair, side, u, faced, asked_t(is_far=keeps))
+      if (allocated(placement%weights%still)) faced%still = merge(placement%weights%still(:, &
+        first:last), faced%still, spread(keeps(first:last), 1, 3))
+    else
+      call face_surface(scene, points, pair, side, u, faced)
+    end if
     placement%is_fixed(first:last) = faced%is_fixed
     placement%driven_in(first:last) = faced%driven_in
     associate (weights => placement%weights)
@@ -363,8 +394,9 @@ contains
       if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, side, u, &
         faced%mortar)
     end if
-    call place_covered(scene%mesh, points, first, stay, faced%mortar, placement)
-    associate (n => size(faced%mortar%weights%node))
+    call place_covered(scene%mesh, points, first, stay, keeps, faced%mortar, placement)
+    associate (n => size(faced%mortar%weights%node) + placement%weights%first(last + 1) - &
+               placement%weights%first(first))
       allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
     end associate
     k = 0
@@ -372,6 +404,10 @@ contains
       associate (here => i - first + 1, mortar => faced%mortar)
         rows%first(here) = k + 1
         if (.not. placement%weights%covers(i)) cycle
+        if (keeps(i)) then
+          call keep_row(placement%weights, i, rows, k)
+          cycle
+        end if
         placement%reference(:, i) = of_slave(points, placement%weights, i, u)
         associate (its => mortar%weights, last_one => mortar%weights%first(here + 1) - 1)
           call add_to_row(its%node(its%first(here):last_one), its%weight(its%first(here): &
@@ -394,49 +430,73 @@ contains
 
   !> The same before facets of an obstacle, wherever it has turned and moved to: what covers a point
   !> moves as its reference node does, with weight 1, the last of its row.
-  pure subroutine place_before_facets(scene, points, pair, side, u, stay, obstacle, placement)
+  pure subroutine place_before_facets(scene, points, pair, u, stay, obstacle, keeps, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair, side
+    integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     logical, intent(in) :: stay
     type(obstacle_t), intent(in) :: obstacle !! as it has turned
+    logical, intent(in) :: keeps(:)      !! (n_points) their places
     type(placement_t), intent(inout) :: placement
-    type(mortar_t) :: mortar
-    type(weights_t) :: rows
-    real(wp) :: shift(3)
-    integer :: i, k, first, last
+    integer :: side
 
-    call find_side_points(points, pair, side, first, last)
-    shift = shift_of(obstacle, u)
-    call face_obstacle(scene, points, pair, side, u, obstacle, mortar)
-    call place_covered(scene%mesh, points, first, stay, mortar, placement)
-    associate (n => size(mortar%weights%node) + last - first + 1)
-      allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
-    end associate
-    k = 0
-    do i = first, last
-      associate (here => i - first + 1)
-        rows%first(here) = k + 1
-        placement%apart(:, i) = 0.0_wp
-        if (.not. placement%weights%covers(i)) cycle
-        placement%apart(:, i) = mortar%apart(:, here)
-        placement%gap(i) = lifted_gap(mortar, here, placement%gap(i) + lift_alone(points, &
-          placement%weights, i, u, mortar%normal(:, here)) - points%extra_gap(i)) + &
-          points%extra_gap(i)
-        placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
-        associate (its => mortar%weights, last_one => mortar%weights%first(here + 1) - 1)
-          call add_to_row(points%node(first - 1 + its%node(its%first(here):last_one)), &
-            its%weight(its%first(here):last_one), u, rows, k, placement%reference(:, i))
-        end associate
-        if (obstacle%ref_node == 0) cycle
-        k = k + 1
-        rows%node(k) = obstacle%ref_node
-        rows%weight(k) = 1.0_wp
-      end associate
+    do side = 1, n_sides(points, pair)
+      call place_side(side)
     end do
-    rows%first(last - first + 2) = k + 1
-    call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
+
+  contains
+
+    pure subroutine place_side(side)
+      integer, intent(in) :: side
+      type(mortar_t) :: mortar
+      type(weights_t) :: rows
+      real(wp) :: shift(3)
+      integer :: i, k, first, last
+
+      call find_side_points(points, pair, side, first, last)
+      if (all(keeps(first:last))) return
+      shift = shift_of(obstacle, u)
+      if (any(keeps(first:last))) then
+        call face_obstacle(scene, points, pair, side, u, obstacle, mortar, &
+          asked_t(is_far=keeps))
+      else
+        call face_obstacle(scene, points, pair, side, u, obstacle, mortar)
+      end if
+      call place_covered(scene%mesh, points, first, stay, keeps, mortar, placement)
+      associate (n => size(mortar%weights%node) + last - first + 1 + placement%weights%first( &
+                 last + 1) - placement%weights%first(first))
+        allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
+      end associate
+      k = 0
+      do i = first, last
+        associate (here => i - first + 1)
+          rows%first(here) = k + 1
+          if (keeps(i)) then
+            call keep_row(placement%weights, i, rows, k)
+            cycle
+          end if
+          placement%apart(:, i) = 0.0_wp
+          if (.not. placement%weights%covers(i)) cycle
+          placement%apart(:, i) = mortar%apart(:, here)
+          placement%gap(i) = lifted_gap(mortar, here, placement%gap(i) + lift_alone(points, &
+            placement%weights, i, u, mortar%normal(:, here)) - points%extra_gap(i)) + &
+            points%extra_gap(i)
+          placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
+          associate (its => mortar%weights, last_one => mortar%weights%first(here + 1) - 1)
+            call add_to_row(points%node(first - 1 + its%node(its%first(here):last_one)), &
+              its%weight(its%first(here):last_one), u, rows, k, placement%reference(:, i))
+          end associate
+          if (obstacle%ref_node == 0) cycle
+          k = k + 1
+          rows%node(k) = obstacle%ref_node
+          rows%weight(k) = 1.0_wp
+        end associate
+      end do
+      rows%first(last - first + 2) = k + 1
+      call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
+    end subroutine place_side
+
   end subroutine place_before_facets
 
   !> Append nodes with their weights to a row, and subtract their motion from the motion of the row.
@@ -458,6 +518,20 @@ contains
     end do
   end subroutine add_to_row
 
+  !> Append the row of a point as it is.
+  pure subroutine keep_row(weights, i, rows, n)
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i               !! the point
+    type(weights_t), intent(inout) :: rows !! room for more
+    integer, intent(inout) :: n            !! entries so far
+
+    associate (from => weights%first(i), to => weights%first(i + 1) - 1)
+      rows%node(n + 1:n + 1 + to - from) = weights%node(from:to)
+      rows%weight(n + 1:n + 1 + to - from) = weights%weight(from:to)
+      n = n + 1 + to - from
+    end associate
+  end subroutine keep_row
+
   !> How much further along the normal a node in the middle of an edge has moved than its point of
   !> (9.11), where it is one by itself; 0 of others.
   pure real(wp) function lift_alone(points, weights, i, u, normal) result(lift)
@@ -477,11 +551,12 @@ contains
   end function lift_alone
 
   !> Normals, gaps and areas of the points that faces cover, and which these are.
-  pure subroutine place_covered(mesh, points, first, stay, mortar, placement)
+  pure subroutine place_covered(mesh, points, first, stay, keeps, mortar, placement)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: first            !! of these points
     logical, intent(in) :: stay             !! as of `place`
+    logical, intent(in) :: keeps(:)         !! (n_points) nothing changes
     type(mortar_t), intent(inout) :: mortar !! of these points; normals turn into planes
     type(placement_t), intent(inout) :: placement
     real(wp), parameter :: along_x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
@@ -492,6 +567,7 @@ contains
     ! Both half planes have the same part in the faces.
     around = no_slip_along(mesh, 1, .true.)
     do i = first, first + size(mortar%area) - 1
+      if (keeps(i)) cycle
       associate (here => i - first + 1, covers => placement%weights%covers)
         counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)
         if (stay .and. covers(i)) counts = mortar%area(here) > part_to_stay*mortar%least(here)* &
