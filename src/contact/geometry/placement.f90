@@ -442,13 +442,14 @@ contains
     integer :: side
 
     do side = 1, n_sides(points, pair)
-      call place_side(side)
+      call place_side(side, placement)
     end do
 
   contains
 
-    pure subroutine place_side(side)
+    pure subroutine place_side(side, placement)
       integer, intent(in) :: side
+      type(placement_t), intent(inout) :: placement
       type(mortar_t) :: mortar
       type(weights_t) :: rows
       real(wp) :: shift(3)
