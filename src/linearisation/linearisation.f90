@@ -108,8 +108,7 @@ contains
     integer :: n_stiffnesses, n_schur
 
     if (.not. associated(body%inverse)) call begin_linearisation(body)
-    if (.not. allocated(body%of_elements)) body%of_elements = stiffness_of_elements(scene%mesh, &
-      scene%materials)
+    body%of_elements = stiffness_of_elements(scene%mesh, scene%materials)
     body%inverse%factor%precision = choices%precision
     call hold_bodies(scene, points, body, error)
     if (allocated(error)) return

@@ -155,7 +155,6 @@ contains
     run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
     ! What was solved before may have been another scene with the same supports.
     if (allocated(run%solver%body%prescribed)) deallocate (run%solver%body%prescribed)
-    if (allocated(run%solver%body%of_elements)) deallocate (run%solver%body%of_elements)
     call set_supports(scene, run%plan%points, prescribed_dofs(scene, 1), run%solver, run%work, &
       run%error)
   end subroutine start_run
