@@ -78,8 +78,11 @@ contains
         call part_motions(mesh, solver, group%floating, bodies, trial, drift)
         if (answer%report%converged()) call ask_for_balance(group, drift, answer)
         ! What nothing acts on has no stresses, not even those of rounding.
-        if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(trial%by_iteration%load_left) <= 0.0_wp)) &
-          trial%u_contact = 0.0_wp
+        associate (load_left => trial%by_iteration%load_left)
+          if (all(abs(answer%r) <= 0.0_wp) .and. all(abs(load_left) <= 0.0_wp)) then
+            trial%u_contact = 0.0_wp
+          end if
+        end associate
       end if
       trial%by_iteration%start = trial%u_contact
       if (motions%n == 0 .or. answer%report%converged() .or. answer%report%ending == &
