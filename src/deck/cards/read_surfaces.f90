@@ -29,7 +29,7 @@ module read_surfaces_mod
   use surface_list_mod, only: add_surface, check_side, drop_unused, find_nodes, &
     find_surface, sides_t, surface_list_t
   use surfaces_mod, only: surface_t
-  use text_mod, only: to_text, upper
+  use text_mod, only: string_t, to_text, upper
   implicit none
   private
 
@@ -129,7 +129,7 @@ contains
         call read_node_surface(reader, model, card, surface, work, flawed)
       else
         call read_face_surface(reader, model, card, surface, work, flawed, &
-          surfaces%sides(surfaces%n))
+          surfaces%sides(surfaces%n), surfaces%names(:surfaces%n))
       end if
     end associate
     if (work > max_work) call report(reader, card%position, 'the surfaces have too many faces')
@@ -199,7 +199,7 @@ contains
   end subroutine set_faces
 
   !> Lines `element or set, S1..S6`, or `SPOS|SNEG` where they are facets.
-  subroutine read_face_surface(reader, model, card, surface, work, flawed, sides)
+  subroutine read_face_surface(reader, model, card, surface, work, flawed, sides, above)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
@@ -207,6 +207,7 @@ contains
     integer(i8), intent(inout) :: work
     logical, intent(inout) :: flawed
     type(sides_t), intent(inout) :: sides
+    type(string_t), intent(in) :: above(:) !! names of the surfaces up to this one
     type(fields_t) :: fields
     type(reference_t) :: reference
     integer, allocatable :: keys(:), elements(:), facets(:), labels(:)
@@ -222,6 +223,8 @@ contains
         'an element or a set of elements, and one of S1..S6, SPOS, SNEG')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
+      if (ok .and. is_empty_field(fields, 2)) call refuse_surface(reader, model, above, reference, &
+        flawed, ok)
       if (is_empty_field(fields, 2)) then
         if (.not. ok) cycle
         call referenced_elements(reader, model, reference, elements, flawed)
@@ -267,6 +270,24 @@ contains
     end if
     call set_faces(model, keys(:n), surface)
   end subroutine read_face_surface
+
+  !> Report a line that names a surface, and no set of elements.
+  subroutine refuse_surface(reader, model, above, reference, flawed, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(string_t), intent(in) :: above(:)   !! names of surfaces
+    type(reference_t), intent(in) :: reference
+    logical, intent(inout) :: flawed, ok     !! set, and false, where it does
+    integer :: k
+
+    if (reference%id > 0) return
+    if (find_set(model%element_sets, reference%name) > 0) return
+    if (.not. any([(above(k)%text == reference%name, k=1, size(above))])) return
+    call report(reader, reference%position, quoted(reference%name)//' is a surface: the line '// &
+      'has an element or a set of elements', 'COMBINE=UNION of *SURFACE joins surfaces')
+    flawed = .true.
+    ok = .false.
+  end subroutine refuse_surface
 
   !> The facets that a reference means, as one number a side.
   subroutine add_facets(reader, model, reference, elements, side, keys, n)
