@@ -54,7 +54,7 @@ module advance_mod
   use balance_together_mod, only: is_together, reach_balance
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, &
-    step_on_interface, cut
+    step_on_interface, forget_ahead
   implicit none
   private
 
@@ -118,7 +118,7 @@ contains
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
-    ! Where the pins do not hold bodies there the increment is not solved.
+    ! Where the pins do not hold bodies there, the first iteration finds so and ends.
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
     call set_gaps(scene, points, goal%increment, now, solver)
@@ -210,7 +210,8 @@ contains
     new%trend = trend_of(goal%increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
-    if (report%newton_raphson_iterations > 1 .or. .not. has_converged(report)) call cut(ahead)
+    if (report%newton_raphson_iterations > 1 .or. .not. has_converged(report)) call &
+      forget_ahead(ahead)
   end subroutine advance_along
 
   !> The end of an increment before it is sought.

@@ -109,6 +109,8 @@ contains
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
+    if (trial%goal%starts_near) new%displacement = merge(task%forces%displacement, &
+      trial%placed_at, task%forces%prescribed)
     call begin_where_turned(scene, points, task%forces, solver%body%motions, new, trial%has_turned)
     ! What turns does not go on along a line.
     if (trial%is_extrapolated .and. .not. trial%has_turned) new%displacement = merge( &

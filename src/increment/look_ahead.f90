@@ -36,7 +36,8 @@ module look_ahead_mod
   implicit none
   private
 
-  public :: most_ahead, ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut, &
+  public :: most_ahead, ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, &
+    forget_ahead, &
     carry_ahead, step_on_interface
 
   integer,  parameter :: most_ahead = 16          !! increments
@@ -244,14 +245,14 @@ contains
   end function work_of
 
   !> Forget what lies ahead, and look less far the next time.
-  pure subroutine cut(ahead)
+  pure subroutine forget_ahead(ahead)
     type(ahead_t), intent(inout) :: ahead
 
     ahead%n = 0
     ahead%found = 0
     ahead%last = 0
     ahead%reach = 1
-  end subroutine cut
+  end subroutine forget_ahead
 
   !> Put how far one looks ahead into the list, or take it out; what was foreseen is found again.
   subroutine carry_ahead(list, ahead)

@@ -101,7 +101,8 @@ module trial_mod
     !! (3,n_obstacles) rotation vectors at the end of the increment [rad]
     real(wp), allocatable :: turned_from(:, :)
     !! (3,n) rotations of couplings where the increment begins, as of scene_t [length]
-    type(placement_t) :: began !! the points where the increment begins, if it starts from there
+    type(placement_t) :: began
+    !! the points where the increment begins; empty at small strain with an exact factor
     type(placement_t) :: placement
   end type trial_t
 

@@ -20,7 +20,7 @@ module solve_next_mod
   use trial_mod, only: goal_t
   use advance_mod, only: advance, advance_along
   use contact_points_mod, only: contact_points_t
-  use look_ahead_mod, only: forget => cut
+  use look_ahead_mod, only: forget_ahead
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment, grow_in_time
   use increments_in_time_mod, only: is_too_long, shortest_in_time
   use faces_between_nodes_mod, only: find_entries
@@ -57,7 +57,7 @@ contains
   !>   1. every slave node a candidate, where one got further than planned (`advance_or_widen`);
   !>   2. a factor in double precision;
   !>   3. at finite strain the tangent where the increment begins;
-  !>   4. a smaller increment: up to where something touches first, or half of it;
+  !>   4. a later end, if it was to end where something touches first; else half of it;
   !>   5. an increment that the deck keeps whole, from where its parts lead.
   !>
   !> Within one try `advance` asks for a smaller residual where the certificate does, begins without
@@ -99,6 +99,7 @@ contains
         if (allocated(error)) return
         call choose_increment(scene, plan%points, solver, progress%state, progress%cycles, &
           progress%size, increment, is_plain)
+        ! What looks at the end takes the gaps of the plan's points.
         call set_extra_gap(scene, increment%step, increment%position, plan%points)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
         call try_double(is_another, solved%report)
@@ -118,7 +119,7 @@ contains
             return
           end if
         end if
-        call try_smaller(is_another)
+        call try_other_end(is_another)
         if (is_another) cycle
         if (.not. passes) call try_whole()
         return
@@ -150,15 +151,15 @@ contains
         error)
     end subroutine try_tangent
 
-    !> A smaller increment.
-    subroutine try_smaller(is_another)
+    !> Another end of the increment: later where it was to end at a first touch, or half of it.
+    subroutine try_other_end(is_another)
       logical, intent(out) :: is_another
-      logical :: is_touch !! the smaller increment ends where something touches first
+      logical :: is_later !! it goes beyond the first touch
 
       associate (increment => solved%increment)
-        is_touch = .false.
-        if (.not. passes) call pass_touch(increment, progress%size, is_touch)
-        is_another = is_touch
+        is_later = .false.
+        if (.not. passes) call pass_touch(increment, progress%size, is_later)
+        is_another = is_later
         if (.not. is_another) then
           if (fails_at_any_size(scene, plan%points, solver, progress%state, solved)) return
           call cut_increment(scene, increment, progress%size, is_another)
@@ -169,10 +170,10 @@ contains
           call note_passed(scene, plan%points, increment, solved%report%ending%point, &
             solved%entries%passed, notes)
         else
-          call note_unsolved(increment, is_touch, notes)
+          call note_unsolved(increment, is_later, notes)
         end if
       end associate
-    end subroutine try_smaller
+    end subroutine try_other_end
 
     !> What the deck keeps whole, from where its parts lead; else the tolerance that it would meet.
     subroutine try_whole()
@@ -211,7 +212,7 @@ contains
     if (.not. are_others) return
     call note_freedom(scene, prescribed_dofs(scene, step), points)
     call place_first(scene, points, solver)
-    call forget(progress%ahead)
+    call forget_ahead(progress%ahead)
     progress%own_sides = list_own_sides(points)
   end subroutine follow_own_sides
 
@@ -289,7 +290,7 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
-    call follow_loads(scene, plan%points, tolerance, progress, solved)
+    call follow_cycle_end(scene, plan%points, tolerance, progress, solved)
     solved%entries%is_seen = progress%seen(1, :) > 0.0_wp
     call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
@@ -305,7 +306,7 @@ contains
 
   !> Compare the end of a load cycle with that of the cycle before. Where it has settled, and the
   !> deck goes on with nothing else, a run that is to stop there ends with this increment.
-  subroutine follow_loads(scene, points, tolerance, progress, solved)
+  subroutine follow_cycle_end(scene, points, tolerance, progress, solved)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: tolerance !! of contact [-]
@@ -322,7 +323,7 @@ contains
     end associate
     solved%increment%last_of_step = .true.
     solved%state%ends_run = .true.
-  end subroutine follow_loads
+  end subroutine follow_cycle_end
 
   !> Whether parts of an increment would fail as it does.
   !>
@@ -536,7 +537,7 @@ contains
         call advance_along(scene, plan%points, solver, progress%state, progress%ahead, &
           solved%state, solved%report, error)
       else
-        call forget(progress%ahead)
+        call forget_ahead(progress%ahead)
         call advance(scene, plan%points, solver, progress%state, goal_of(solver, &
           solved%increment), solved%state, solved%report, error)
       end if
