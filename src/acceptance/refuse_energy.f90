@@ -63,7 +63,8 @@ contains
     call raise_at(increment, error, 'the solution jumps: '//to_text(lost, 2)//' of energy is '// &
       'neither work nor friction, beside a strain energy of '//to_text(strain, 2)// &
       ', however small the increment. The body snaps over to another shape, or a surface slips '// &
-      'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
+      'off its master at once; what it does then is a matter of its inertia (*DYNAMIC)'// &
+      new_line('a')// &
       '  Prescribed motions instead of forces, a finer mesh at edges, or a step that ends '// &
       'before, may avoid it')
     error%n_meshes = 2
