@@ -60,25 +60,22 @@ contains
 
   !> Make what depends on the supports alone. What still holds is kept: all of it where nothing has
   !> changed, the factor where only the supports of obstacles have.
-  subroutine set_supports(scene, points, prescribed, solver, work, error, step)
+  subroutine set_supports(scene, points, step, prescribed, solver, work, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: step              !! whose inertia counts
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; no memory; no node that could have the mass of another
-    integer, intent(in), optional :: step    !! whose inertia counts; a static one where left out
     type(inertia_t), allocatable :: inertia
     logical :: changed(3, size(prescribed, 2)), is_same
     integer :: now
 
     ! Responses to loads are those of small strain, whatever tangent there was: a run that is
     ! continued has none.
-    now = 0
-    if (present(step)) then
-      if (scene%steps(step)%is_dynamic) now = step
-    end if
+    now = merge(step, 0, scene%steps(step)%is_dynamic)
     is_same = (now == 0) .eqv. (solver%dynamic_of == 0)
     if (now > 0 .and. solver%dynamic_of > 0) is_same = are_alike(scene, now, solver%dynamic_of)
     if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent) .and. &
@@ -96,7 +93,7 @@ contains
         return
       end if
     end if
-    if (present(step) .and. any(scene%steps%is_dynamic)) then
+    if (any(scene%steps%is_dynamic)) then
       allocate (inertia)
       call make_inertia(scene, points, step, solver%choices%divisions, prescribed, inertia, &
         error)

@@ -158,11 +158,10 @@ contains
     type(amplitude_t), intent(in) :: amplitude
     integer, intent(in) :: order                 !! 1 or 2
     real(wp), intent(in) :: step_time, inside    !! from the start of the step; the other time
-    real(wp), intent(in), optional :: step_start !! where the step begins; 0 if left out
+    real(wp), intent(in) :: step_start           !! where the step begins
     real(wp) :: start, time
 
-    start = 0.0_wp
-    if (present(step_start) .and. amplitude%total) start = step_start
+    start = merge(step_start, 0.0_wp, amplitude%total)
     time = start + step_time
     rate = 0.0_wp
     associate (left => order - amplitude%integrals, piece => start + inside)

@@ -92,13 +92,9 @@ contains
 
   !> The undeformed, unloaded state.
   pure type(state_t) function initial_state(n_nodes, n_points, n_obstacles) result(state)
-    integer, intent(in) :: n_nodes, n_points
-    integer, intent(in), optional :: n_obstacles !! none where left out
-    integer :: n
+    integer, intent(in) :: n_nodes, n_points, n_obstacles
 
-    n = 0
-    if (present(n_obstacles)) n = n_obstacles
-    allocate (state%displacement(3, n_nodes), state%rotation(3, n), source=0.0_wp)
+    allocate (state%displacement(3, n_nodes), state%rotation(3, n_obstacles), source=0.0_wp)
     allocate (state%external_force(3, n_nodes), state%support_force(3, n_nodes), source=0.0_wp)
     allocate (state%reaction(3, n_points), state%trend(3, n_points), state%slip(2, n_points), &
       source=0.0_wp)
@@ -195,10 +191,9 @@ contains
   !> the list at most.
   pure integer(i8) function most_numbers(n_nodes, n_points, n_modes, moves)
     integer, intent(in) :: n_nodes, n_points, n_modes
-    logical, intent(in), optional :: moves !! a *STEP is dynamic; none where left out
+    logical, intent(in) :: moves !! a *STEP is dynamic
 
     most_numbers = 15_i8*n_nodes + 12_i8*n_points + 90_i8*n_modes
-    if (.not. present(moves)) return
     if (moves) most_numbers = most_numbers + 15_i8*n_nodes
   end function most_numbers
 
@@ -206,7 +201,7 @@ contains
   !> displacements and which nodes were touched [bytes].
   pure integer(i8) function bytes_to_continue(n_nodes, n_points, n_modes, moves)
     integer, intent(in) :: n_nodes, n_points, n_modes
-    logical, intent(in), optional :: moves !! as of most_numbers
+    logical, intent(in) :: moves !! as of most_numbers
 
     bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points, n_modes, moves) + 4_i8*n_nodes)
   end function bytes_to_continue

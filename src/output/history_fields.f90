@@ -20,7 +20,7 @@ contains
   !> The histories before there is an increment: their numbers mean nothing.
   subroutine plan_history_fields(fields, moves)
     type(field_t), allocatable, intent(out) :: fields(:)
-    logical, intent(in), optional :: moves !! as of list_history_fields
+    logical, intent(in) :: moves !! as of list_history_fields
     type(state_t) :: state
     type(increment_report_t) :: report
     type(mesh_t) :: mesh
@@ -36,14 +36,11 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(field_t), allocatable, intent(out) :: fields(:)
-    logical, intent(in), optional :: moves !! a *STEP is dynamic; none where left out
+    logical, intent(in) :: moves !! a *STEP is dynamic
     type(field_list_t) :: list
-    logical :: has_motion
     integer :: one_number(0) ! extents; gfortran 12 does not allocate them from a constant
     integer :: worst_node
 
-    has_motion = .false.
-    if (present(moves)) has_motion = moves
     worst_node = 0
     if (report%worst_point > 0) worst_node = count(mesh%element_nodes <= &
       points%node(report%worst_point))
@@ -119,7 +116,7 @@ contains
       call real_number('energy/strain', 'elastic energy of the bodies', 'energy', parts*e%strain)
       call real_number('energy/dissipation', 'work lost to friction', 'energy', &
         parts*e%dissipation)
-      if (has_motion) then
+      if (moves) then
         call real_number('energy/kinetic', 'kinetic energy of the bodies', 'energy', &
           parts*e%kinetic)
         call real_number('energy/contact', 'work of normal forces along gaps that change: none '// &

@@ -38,8 +38,8 @@ contains
     do step = first, increment%step
       call set_contact_of_step(scene, step, plan%points)
       call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
-      call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
-        progress%tally%work, error, step)
+      call set_supports(scene, plan%points, step, prescribed_dofs(scene, step), solver, &
+        progress%tally%work, error)
       if (allocated(error)) return
     end do
     progress%entered = increment%step

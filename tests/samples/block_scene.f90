@@ -152,10 +152,10 @@ contains
     call make_plan(scene, first_choices(scene), run%plan, run%error)
     if (allocated(run%error)) return
     run%solver%choices = run%plan%choices
-    run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
+    run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n, 0)
     ! What was solved before may have been another scene with the same supports.
     if (allocated(run%solver%body%prescribed)) deallocate (run%solver%body%prescribed)
-    call set_supports(scene, run%plan%points, prescribed_dofs(scene, 1), run%solver, run%work, &
+    call set_supports(scene, run%plan%points, 1, prescribed_dofs(scene, 1), run%solver, run%work, &
       run%error)
   end subroutine start_run
 
@@ -176,8 +176,8 @@ contains
 
     increment = next_increment(scene%steps, run%state)
     if (increment%first_of_step) then
-      call set_supports(scene, run%plan%points, prescribed_dofs(scene, increment%step), &
-        run%solver, run%work, run%error)
+      call set_supports(scene, run%plan%points, increment%step, prescribed_dofs(scene, &
+        increment%step), run%solver, run%work, run%error)
       if (allocated(run%error)) return
       call prepare_step(scene, increment%step, run%state, run%solver, run%work, run%error)
       if (allocated(run%error)) return
