@@ -37,7 +37,8 @@ module increment_notes_mod
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
     note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
-    note_energy, note_turning, note_too_long, note_jump, note_past_table, note_slow
+    note_energy, note_turning, note_too_long, note_jump, note_past_table, note_slow, &
+    note_given
 
   !> A line for the console.
   type :: note_t
@@ -736,5 +737,26 @@ contains
       'in nature, '//contact//' '//percent(abs(energy%contact)/largest)//'; shorter increments '// &
       'reduce both')
   end subroutine note_energy
+
+  !> Energy that contact has given or taken by the end of a static *STEP at finite strain, where
+  !> that is much: at small strain such an increment ends the run.
+  pure subroutine note_given(increment, energy, most_strained, notes)
+    type(increment_t), intent(in) :: increment
+    type(energy_t), intent(in) :: energy       !! of the run so far
+    real(wp), intent(in) :: most_strained      !! largest strain energy so far [energy]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    ! Of strain energy and friction. What few increments make of work along a path is up to 0.31 in
+    ! 120 random decks at finite strain; a catch that slid up a ramp as the slave of it has 1.6 [-]
+    real(wp), parameter :: much = 0.5_wp
+
+    associate (there => most_strained + energy%dissipation)
+      if (.not. abs(energy%balance) > much*there) return
+      call add_note(notes, increment, .false., ': contact has '//trim(merge('given', 'taken', &
+        energy%balance < 0.0_wp))//' '//to_text(abs(energy%balance), 2)//' of energy, beside '// &
+        to_text(there, 2)//' of strain energy and friction: forces may be wrong where a corner '// &
+        'of the master slides over the slave (docs/deck/contact.md); smaller increments tell '// &
+        'whether it is the increments')
+    end associate
+  end subroutine note_given
 
 end module increment_notes_mod

@@ -54,7 +54,8 @@ module judge_increment_mod
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side, note_past_table, note_grown, note_energy, note_jump, note_slow, note_turning
+    note_past_side, note_past_table, note_grown, note_energy, note_jump, note_slow, note_turning, &
+    note_given
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -83,6 +84,7 @@ module judge_increment_mod
     real(wp), allocatable :: fit(:) !! (n_pairs) what meshes overlap by where they press [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
+    real(wp) :: most_strained = 0.0_wp  !! largest strain energy, likewise [energy]
     logical :: is_unusual = .false.     !! stretches were beyond the usual ones of a law
     type(shadow_solver_t) :: shadow     !! of the runs at finite strain beside this one
   end type watch_t
@@ -152,12 +154,15 @@ contains
       if (solved%cycle%settled > progress%cycle%settled) call note_settled(scene, increment, &
         progress%cycles, solved%cycle, report%load_cycle_change, solved%state%ends_run, notes)
       call note_unheld(increment, report, watch%unheld, notes)
+      watch%most_strained = max(watch%most_strained, report%energy%strain)
       if (increment%last_of_step) then
         if (is_dynamic) then
           call note_energy(increment, report%energy, solved%state%largest_energy, notes)
           call note_slow(increment, solved%state, notes)
           if (scene%finite_strain) call note_turning(increment, solver%own_mass, &
             report%energy%turned, notes)
+        else if (scene%finite_strain) then
+          call note_given(increment, report%energy, watch%most_strained, notes)
         end if
         call note_redundant(scene, plan%points, increment, report, notes)
         call note_coincident(scene, plan%points, solver%choices%tolerance, increment, &
