@@ -56,6 +56,7 @@ class Case(unittest.TestCase):
         self.assertNotEqual(run.status, 0)
         for word in words:
             self.assertIn(word, run.output + run.errors)
+        return run
 
 
 class PlaneStrain(Case):
@@ -403,7 +404,10 @@ class Refused(Case):
         )
         facets = "*NODE\n900, 0., 0., 9.\n*ELEMENT, TYPE=R3D3, ELSET=R\n900, 1, 2, 900\n"
         facets += "*RIGID BODY, ELSET=R, REF NODE=900\n"
-        self.refused(self.deck(more=facets), "*RIGID BODY of facets", "*OBSTACLE", "plane.inp:")
+        run = self.refused(
+            self.deck(more=facets), "*RIGID BODY of facets", "ANALYTICAL SURFACE=", "plane.inp:"
+        )
+        self.assertEqual(run.errors.count("error: "), 1, run.errors)
         joint = "*COUPLING, REF NODE=1, SURFACE=ATOP\n*KINEMATIC\n"
         self.refused(self.deck("CAX4", joint), "*COUPLING is not available", "*EQUATION",
                      "plane.inp:")  # fmt: skip

@@ -208,7 +208,7 @@ contains
       if (bodies%list(b)%is_seen .or. len(bodies%list(b)%set) == 0 .or. &
         bodies%list(b)%is_solid) cycle
       if (.not. any(bodies%of_facet == b)) cycle ! was reported
-      if (any(surfaces%flawed(:surfaces%n))) cycle
+      if (any(surfaces%flawed(:surfaces%n)) .or. model%mesh%plane /= solids) cycle
       if (takes_all) then
         call find_outside(model%mesh, bodies, b, sides)
         if (size(sides, 2) > 0) then
