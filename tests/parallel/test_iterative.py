@@ -192,6 +192,13 @@ class SameForces(Agreement):
         run = self.block(steps=5, nu=0.495, mu=0.6)
         self.assertNotIn("from where smaller increments led", run.output)
 
+    def test_an_increment_that_its_parts_lead_to(self):
+        """Contact that a first increment does not solve for from rest, of a body that is soft."""
+        soft = {"n": 3, "element": "C3D8B", "nu": 0.4999, **AUTO}
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        run = self.agree(deck, **soft)
+        self.assertIn("solved only from where smaller increments led", run.errors + run.output)
+
     def test_without_friction(self):
         self.block(mu=0)
 
@@ -412,7 +419,7 @@ class Refused(unittest.TestCase):
         self.refused(deck, "free to turn or slide on a round obstacle", status=NOT_SOLVED)
 
     def test_what_does_not_converge_says_so(self):
-        soft = {"n": 3, "element": "C3D8B", "nu": 0.4999, **AUTO}
+        soft = {"n": 3, "element": "C3D8B", "nu": 0.49999, **AUTO}
         run = self.refused(self.read("block"), "by iteration", status=NOT_SOLVED, **soft)
         self.assertNotIn("certified to", run.output)
 
