@@ -17,7 +17,7 @@ module jumps_mod
   use step_solver_mod, only: step_solver_t, take_tangent
   use load_step_error_mod, only: begins_with_jump, have_switched
   use path_balance_mod, only: largest_switch_energy
-  use trial_mod, only: goal_t, with_energies
+  use trial_mod, only: goal_t
   use advance_mod, only: advance
   implicit none
   private
@@ -124,7 +124,7 @@ contains
       type(increment_report_t) :: report
 
       call advance(scene, points, solver, a, goal_t(next_increment(scene%steps, a, length), &
-        solver%choices%tolerance, wanted=with_energies), b, report, error)
+        solver%choices%tolerance), b, report, error)
       ok = .not. allocated(error)
       if (ok) ok = has_converged(report)
     end subroutine try

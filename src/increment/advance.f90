@@ -330,9 +330,9 @@ contains
       of_before = report
     end do attempts
     ! Points that still move where the certificate does not pass are why.
-    if (report%moved > 10.0_wp*trial%goal%tolerance .and. has_converged(report) .and. .not. &
-      report%certificate%certified) report%ending = ending_t(ended_moving, report%moved, &
-      report%moved_point)
+    if (trial%goal%wanted == certified .and. report%moved > 10.0_wp*trial%goal%tolerance .and. &
+      has_converged(report) .and. .not. report%certificate%certified) report%ending = ending_t( &
+      ended_moving, report%moved, report%moved_point)
     if (.not. has_no_result(report)) call finish(scene, points, solver, old, trial, new, report)
   end subroutine complete
 
@@ -387,7 +387,7 @@ contains
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
       trial%forces%internal), report%energy, of_others, surplus)
-    if (any(scene%steps%is_dynamic)) call keep_strains( &
+    if (any(scene%steps%is_dynamic) .and. trial%goal%wanted == certified) call keep_strains( &
       strain_energies(scene, trial%free, new, report%certificate%strain), new)
     call come_to_rest(new)
   end subroutine finish

@@ -129,7 +129,8 @@ contains
       if (is_settled(loop, trial, new%reaction) .and. &
         .not. is_missed .and. areas_apart(scene, points, new%displacement, trial%placement) <= &
         trial%tolerance) then
-        call look_at_far_places(scene, points, old, trial, new, loop, is_missed)
+        if (solver%body%motions%n == 0) call look_at_far_places(scene, points, old, trial, new, &
+          loop, is_missed)
         if (is_missed) cycle newton_raphson
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &

@@ -142,15 +142,11 @@ contains
 
     if (loop%i > 1) call next_place(loop%follow, loop%i - 1, loop%last_moved, new%displacement, &
       trial%placed_at)
-    if (are_looked_at(points, loop, trial%placed_at)) then
-      trial%placement = loop%looked
-    else
-      ! What is not near has no row in the contact problem, and a place from the first iteration.
-      call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
-        stay=loop%i > 1, is_far=loop%i > 1 .and. .not. loop%near)
-    end if
-    call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
-    call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)
+    if (loop%i > most_by_parts) loop%near = points%in_reach
+    ! What is not near has no row in the contact problem, and a place from the first iteration. Of
+    ! bodies that are free all points may get rows, where the near ones see less of their motions.
+    call place_there(scene, points, old, loop, loop%i > 1 .and. .not. loop%near .and. &
+      solver%body%motions%n == 0, trial)
     ! Motions are about where the bodies are: what these see of them is exact there alone.
     if (loop%follow%with_bodies) loop%undeformed = trial%placement
     call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
@@ -158,10 +154,28 @@ contains
       rounding_of_places(scene, trial%placed_at)
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
       loop%slack)
-    if (loop%i > most_by_parts) loop%near = points%in_reach
     call condense_contact(scene, trial%goal%tolerance, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
   end subroutine place_points
+
+  !> The points where they are to be placed, but for those that are far.
+  subroutine place_there(scene, points, old, loop, is_far, trial)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old
+    type(newton_raphson_t), intent(in) :: loop
+    logical, intent(in) :: is_far(:)      !! (n_points) they keep the places that they have
+    type(trial_t), intent(inout) :: trial !! gets the placement
+
+    if (are_looked_at(points, loop, trial%placed_at)) then
+      trial%placement = loop%looked
+    else
+      call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
+        stay=loop%i > 1, is_far=is_far)
+    end if
+    call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+    call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)
+  end subroutine place_there
 
   !> Whether the points were looked at where they are to be placed. Points in the middles of edges
   !> may have got their ends since.
@@ -219,6 +233,8 @@ contains
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
       allocated(solver%contact%presses)) return
     ! The others may be what holds the bodies.
+    if (loop%i > 1 .and. any(points%is_curved)) call place_there(scene, points, old, loop, &
+      loop%near, trial)
     loop%near = points%in_reach
     if (allocated(solver%contact%presses)) deallocate (solver%contact%presses)
     new%reaction = reaction

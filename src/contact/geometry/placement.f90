@@ -380,6 +380,9 @@ contains
       call face_surface(scene, points, pair, side, u, faced, asked_t(is_far=keeps))
       if (allocated(placement%weights%still)) faced%still = merge(placement%weights%still(:, &
         first:last), faced%still, spread(keeps(first:last), 1, 3))
+      ! None of these was fixed, and of their faces some are left out.
+      faced%is_fixed = faced%is_fixed .and. .not. keeps(first:last)
+      where (keeps(first:last)) faced%driven_in = 0.0_wp
     else
       call face_surface(scene, points, pair, side, u, faced)
     end if
