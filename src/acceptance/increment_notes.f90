@@ -751,8 +751,8 @@ contains
 
     associate (there => most_strained + energy%dissipation)
       if (.not. abs(energy%balance) > much*there) return
-      call add_note(notes, increment, .false., ': contact has '//trim(merge('given', 'taken', &
-        energy%balance < 0.0_wp))//' '//to_text(abs(energy%balance), 2)//' of energy, beside '// &
+      call add_note(notes, increment, .false., ': contact has '//merge('given', 'taken', &
+        energy%balance < 0.0_wp)//' '//to_text(abs(energy%balance), 2)//' of energy, beside '// &
         to_text(there, 2)//' of strain energy and friction: forces may be wrong where a corner '// &
         'of the master slides over the slave (docs/deck/contact.md); smaller increments tell '// &
         'whether it is the increments')

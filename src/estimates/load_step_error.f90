@@ -34,7 +34,7 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many, most_touches
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: goal_t, contact_alone
+  use trial_mod, only: goal_t, contact_alone, from_before, near_its_end
   use advance_mod, only: advance
   use closed_points_mod, only: may_stay_closed
   use path_balance_mod, only: work_left_over, largest_switch_energy
@@ -444,8 +444,8 @@ contains
 
     if (present(near)) to = near
     call advance(scene, points, solver, from, goal_t(next_increment(scene%steps, from, length), &
-      solver%choices%tolerance, sharp_enough, wanted=contact_alone, starts_near=present(near)), &
-      to, report, error)
+      solver%choices%tolerance, sharp_enough, wanted=contact_alone, &
+      start=merge(near_its_end, from_before, present(near))), to, report, error)
     ok = .not. allocated(error)
     if (ok) ok = has_converged(report)
   end subroutine try_increment

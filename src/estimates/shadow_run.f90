@@ -28,7 +28,7 @@ module shadow_run_mod
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t
   use stability_mod, only: stability_t, find_stability, is_hint
-  use trial_mod, only: goal_t, contact_alone, with_energies
+  use trial_mod, only: goal_t, contact_alone, with_energies, from_before, near_its_end, as_foreseen
   use turned_bodies_mod, only: condense_flat
   use advance_mod, only: advance
   implicit none
@@ -259,7 +259,7 @@ contains
     state = new
     if (is_same) return
     call advance(scene, points, solver, old, goal_t(increment, solver%choices%tolerance, &
-      sharp_enough, wanted=with_energies, starts_near=.true.), state, report, error)
+      sharp_enough, wanted=with_energies, start=near_its_end), state, report, error)
     if (.not. allocated(error) .and. has_converged(report)) then
       state%increments_done = new%increments_done
       state%increment = new%increment
@@ -309,9 +309,12 @@ contains
     goal = goal_t(increment, solver%choices%tolerance, max(least, min(0.1_wp, part*apart(points, &
       old%reaction, old%strain_energy, state))), most_iterations, contact_alone)
     ! Where bodies are free the reactions are not those of the place that they are at.
-    goal%starts_near = .not. any(solver%body%motions%body > 0)
-    goal%is_foreseen = solver%body%motions%n == 0
-    if (goal%starts_near) then
+    if (solver%body%motions%n == 0) then
+      goal%start = as_foreseen
+    else if (.not. any(solver%body%motions%body > 0)) then
+      goal%start = near_its_end
+    end if
+    if (goal%start /= from_before) then
       to = state
       to%displacement = state%displacement + (new%displacement - old%displacement)
       to%reaction = state%reaction + (new%reaction - old%reaction)

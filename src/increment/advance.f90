@@ -44,9 +44,8 @@ module advance_mod
   use step_solver_mod, only: step_solver_t, take_duration
   use newmark_mod, only: by_inertia_t, begins_anew, begin_motion, begin_inertia, end_inertia, &
     error_in_time, watch_inertia, come_to_rest
-  use trial_mod, only: goal_t, contact_alone, certified, trial_t, set_gaps, begin_trial, &
-    begin_near, begin_extrapolated, &
-    expected_reactions, trend_of
+  use trial_mod, only: goal_t, contact_alone, certified, from_before, as_foreseen, trial_t, &
+    set_gaps, begin_trial, begin_near, begin_extrapolated, expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
   use turned_bodies_mod, only: begin_turned, end_turned
   use other_gaps_mod, only: x_free_of
@@ -126,7 +125,7 @@ contains
     if (allocated(error)) return
     call begin_trial(scene, now, solver, old, goal, trial, inertia)
     is_in_motion = .false.
-    if (goal%starts_near) then
+    if (goal%start /= from_before) then
       reaction = new%reaction
       call begin_near(scene, now, solver, new, trial)
     else
@@ -151,8 +150,8 @@ contains
       return
     end if
     call begin_new(old, goal%increment, reaction, new)
-    trial%is_foreseen = goal%is_foreseen
-    if (goal%is_foreseen) report%ending = ending_t(ended_well)
+    trial%is_foreseen = goal%start == as_foreseen
+    if (trial%is_foreseen) report%ending = ending_t(ended_well)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. has_converged(report)))) then

@@ -25,7 +25,7 @@ module balance_together_mod
   use find_equilibrium_mod, only: find_equilibrium
   use closed_points_mod, only: stay_closed, keep_closed
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t
+  use trial_mod, only: trial_t, from_before
   use turned_bodies_mod, only: begin_where_turned
   use equilibrate_mod, only: equilibrate, refuse_passed
   implicit none
@@ -109,7 +109,7 @@ contains
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
-    if (trial%goal%starts_near) new%displacement = merge(task%forces%displacement, &
+    if (trial%goal%start /= from_before) new%displacement = merge(task%forces%displacement, &
       trial%placed_at, task%forces%prescribed)
     call begin_where_turned(scene, points, task%forces, solver%body%motions, new, trial%has_turned)
     ! What turns does not go on along a line.

@@ -158,7 +158,7 @@ contains
       trial%placement, solver%contact, loop%near)
   end subroutine place_points
 
-  !> The points where they are to be placed, but for those that are far.
+  !> Place the points, except those that are far.
   subroutine place_there(scene, points, old, loop, is_far, trial)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

@@ -26,7 +26,7 @@ module trial_mod
   implicit none
   private
 
-  public :: contact_alone, with_energies, certified
+  public :: contact_alone, with_energies, certified, from_before, near_its_end, as_foreseen
   public :: goal_t, trial_t, set_gaps, begin_trial, begin_near, begin_extrapolated, &
     apply_reactions, loads_on_motions, displacement_of, expected_reactions, trend_of
 
@@ -37,6 +37,12 @@ module trial_mod
   integer, parameter :: with_energies = 2 !! all of the displacement, forces and energies
   integer, parameter :: certified = 3     !! the same, and the certificate's judgement
 
+  ! From where an increment is sought.
+  integer, parameter :: from_before = 1   !! from the increment before, carried on as it went
+  integer, parameter :: near_its_end = 2
+  !! from displacements and reactions that the solution comes with
+  integer, parameter :: as_foreseen = 3   !! the same: these reactions are the first iteration's
+
   !> What an increment is to come to, and from where it is sought.
   type :: goal_t
     type(increment_t) :: increment
@@ -44,9 +50,7 @@ module trial_mod
     real(wp) :: sharp_enough = 0.0_wp   !! residual of what only an estimate needs; 0: another [-]
     integer :: most_iterations = 40     !! of Newton-Raphson
     integer :: wanted = certified
-    logical :: starts_near = .false.
-    !! from displacements and reactions near its end, which the solution comes with
-    logical :: is_foreseen = .false.    !! these reactions are those of the first iteration
+    integer :: start = from_before
     logical :: shows_progress = .false. !! iterations, on a terminal
   end type goal_t
 

@@ -17,7 +17,7 @@ module solve_next_mod
   use linearisation_mod, only: invalidate
   use step_solver_mod, only: step_solver_t, place_first, widen_interface, take_tangent
   use balance_together_mod, only: is_together, keeps_tangent
-  use trial_mod, only: goal_t
+  use trial_mod, only: goal_t, near_its_end
   use advance_mod, only: advance, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget_ahead
@@ -429,7 +429,7 @@ contains
         if (allocated(failure)) return
       end if
       goal = goal_of(solver, increment)
-      goal%starts_near = .true.
+      goal%start = near_its_end
       call advance(scene, plan%points, solver, old, goal, reached, report, failure)
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return

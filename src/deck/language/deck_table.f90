@@ -17,6 +17,7 @@ module deck_table_mod
   public :: rule_t, item_t, deck_table, find_rule, rule_of, keyword_names, split_items, split_at
   public :: in_model, in_step, in_model_or_first_step, anywhere
   public :: is_read, is_ignored, is_missing, is_outside, is_checked, is_procedure
+  public :: fitted
   public :: max_keyword, is_other_step, squeeze, same_word, says, without_tabs
 
   integer, parameter :: max_keyword = 36
@@ -62,7 +63,7 @@ module deck_table_mod
     'or two C3D8I across a plate that bends'
   character(*), parameter :: elastic_only = 'materials are elastic'
   character(*), parameter :: fitted = 'a law takes its constants: Abaqus prints those that it '// &
-    'fits to such data'
+    'fits to test data'
   character(*), parameter :: static_only = 'steps are *STATIC or *DYNAMIC'
   character(*), parameter :: no_heat = 'a known temperature acts by *EXPANSION and *TEMPERATURE'
 

@@ -3,7 +3,7 @@ module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
     report_in_field, split_line
   use diagnostics_mod, only: guess, quoted
-  use deck_table_mod, only: item_t, rule_of, rule_t, same_word, split_at, split_items, &
+  use deck_table_mod, only: fitted, item_t, rule_of, rule_t, same_word, split_at, split_items, &
     squeeze
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, read_real, take_positive
@@ -259,7 +259,7 @@ contains
     if (keyword == 'STATIC' .and. same_word(option, 'RIKS')) then
       hint = 'where the load falls on its way prescribe displacements: *BOUNDARY'
     else if (same_word(option, 'TEST DATA INPUT')) then
-      hint = 'a law takes its constants: Abaqus prints those that it fits to test data'
+      hint = fitted
     else if (keyword == 'RIGID BODY' .and. same_word(option, 'POSITION')) then
       hint = 'the reference node stays where its coordinates are'
     else if (keyword == 'CYCLIC SYMMETRY MODEL' .and. same_word(option, 'CONTACT')) then
