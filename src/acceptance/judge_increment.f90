@@ -84,7 +84,8 @@ module judge_increment_mod
     real(wp), allocatable :: fit(:) !! (n_pairs) what meshes overlap by where they press [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
-    real(wp) :: most_strained = 0.0_wp  !! largest strain energy, likewise [energy]
+    real(wp) :: most_strained = 0.0_wp
+    !! largest strain energy, as far as this session has run the deck [energy]
     logical :: is_unusual = .false.     !! stretches were beyond the usual ones of a law
     type(shadow_solver_t) :: shadow     !! of the runs at finite strain beside this one
   end type watch_t
